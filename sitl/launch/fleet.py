@@ -148,9 +148,9 @@ class SimFleet:
     @property
     def position_m(self) -> Array:
         """(n, 3) ENU metres about the first vehicle's start place; z is above each vehicle's own ground."""
-        v = self._vehicles
-        x = (v.lon_deg - v.origin_lon_deg[0]) * v.m_per_deg_lon[0]
-        y = (v.lat_deg - v.origin_lat_deg[0]) * v.m_per_deg_lat[0]
+        v, zero = self._vehicles, self._vehicles.origins
+        x = (v.lon_deg - zero.lon_deg[0]) * zero.m_per_deg_lon[0]
+        y = (v.lat_deg - zero.lat_deg[0]) * zero.m_per_deg_lat[0]
         return np.stack((x, y, v.position_m[:, 2]), axis=1)
 
     @property

@@ -57,7 +57,7 @@ def refuse(error: Exception) -> int:
 def add_starter(parser: argparse.ArgumentParser) -> None:
     """Add the options of `Starter`."""
     parser.add_argument("--parent", type=int, metavar="PID", help="end when this process, which started it, is gone")
-    parser.add_argument("--lifeline", type=int, metavar="FD", help="end when nobody holds the other end of this pipe")
+    parser.add_argument("--lifeline", type=int, metavar="FD", help="end when the other end of this pipe is closed")
 
 
 class Starter:

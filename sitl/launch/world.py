@@ -86,9 +86,9 @@ class World:
         self._look_s = 0.0
         self._beat_s = 0.0
         self._encoders = [Encoder(pilot.platform.spec.system_id, CAMERA) for pilot in pilots]
-        masses = pilots[0].platform.body.masses
-        self._zero_deg = np.array((masses.origin_lat_deg[0], masses.origin_lon_deg[0]))
-        self._m_per_deg = np.array((masses.m_per_deg_lat[0], masses.m_per_deg_lon[0]))
+        origins = pilots[0].platform.body.masses.origins
+        self._zero_deg = np.array((origins.lat_deg[0], origins.lon_deg[0]))
+        self._m_per_deg = np.array((origins.m_per_deg_lat[0], origins.m_per_deg_lon[0]))
         self._start = np.array([self._enu(i.lat_deg, i.lon_deg) for i in spec.intruders]).reshape(-1, 2)
         self._goal = np.array([self._enu(i.goal_lat_deg, i.goal_lon_deg) for i in spec.intruders]).reshape(-1, 2)
         self._speed: Array = np.array([i.speed_m_s for i in spec.intruders])

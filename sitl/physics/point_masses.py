@@ -96,6 +96,18 @@ def stopping_distance_m(speed_m_s: float, decel_m_s2: float) -> float:
     return speed_m_s**2 / (2.0 * decel_m_s2) + decel_m_s2 / (2.0 * POSITION_GAIN_HZ**2)
 
 
+class Origins:
+    """Where the local frames of n vehicles begin, which is where they start: arrays of shape (n,)."""
+
+    def __init__(self, starts: Sequence[Start]) -> None:
+        self.lat_deg: Array = np.array([s.lat_deg for s in starts], dtype=np.float64)
+        self.lon_deg: Array = np.array([s.lon_deg for s in starts], dtype=np.float64)
+        lat_rad = np.deg2rad(self.lat_deg)
+        bend = 1.0 - WGS84_E2 * np.sin(lat_rad) ** 2
+        self.m_per_deg_lat: Array = np.deg2rad(WGS84_A_M * (1.0 - WGS84_E2) / bend**1.5)
+        self.m_per_deg_lon: Array = np.deg2rad(WGS84_A_M * np.cos(lat_rad) / np.sqrt(bend))
+
+
 class PointMasses:
     """State and targets of n vehicles as arrays of shape (n,) or (n, 3). Autopilots write targets through `Body`."""
 
@@ -104,13 +116,7 @@ class PointMasses:
         self.weather = Weather(weather or WeatherSpec(), n, seed)
         px4 = np.flatnonzero([s.autopilot == "px4" for s in starts])
         self.px4 = Px4Control(px4, WINDY_DRAG_HZ if self.weather.windy else DRAG_HZ)
-        lat_rad = np.deg2rad([s.lat_deg for s in starts])
-        bend = 1.0 - WGS84_E2 * np.sin(lat_rad) ** 2
-        self.origin_lat_deg: Array = np.array([s.lat_deg for s in starts], dtype=np.float64)
-        self.origin_lon_deg: Array = np.array([s.lon_deg for s in starts], dtype=np.float64)
-        self.m_per_deg_lat: Array = np.deg2rad(WGS84_A_M * (1.0 - WGS84_E2) / bend**1.5)
-        self.m_per_deg_lon: Array = np.deg2rad(WGS84_A_M * np.cos(lat_rad) / np.sqrt(bend))
-
+        self.origins = Origins(starts)
         self._drifts: Flags = np.array([s.autopilot == "ardupilot" for s in starts], dtype=bool)
         """Gusts move ArduCopters; the control of PX4 has drag of its own."""
         self.position_m: Array = np.zeros((n, 3))
@@ -248,12 +254,12 @@ class PointMasses:
     @property
     def lat_deg(self) -> Array:
         """(n,) true latitudes of the vehicles."""
-        return self.origin_lat_deg + self.position_m[:, 1] / self.m_per_deg_lat
+        return self.origins.lat_deg + self.position_m[:, 1] / self.origins.m_per_deg_lat
 
     @property
     def lon_deg(self) -> Array:
         """(n,) true longitudes of the vehicles."""
-        return self.origin_lon_deg + self.position_m[:, 0] / self.m_per_deg_lon
+        return self.origins.lon_deg + self.position_m[:, 0] / self.origins.m_per_deg_lon
 
 
 class Body:
@@ -265,14 +271,10 @@ class Body:
     def __init__(self, masses: PointMasses, index: int) -> None:
         self.masses, self.index = masses, index
         # As plain floats: with numpy's own numbers these conversions took three times as long.
-        self._origin_lat_deg, self._origin_lon_deg = (
-            float(masses.origin_lat_deg[index]),
-            float(masses.origin_lon_deg[index]),
-        )
-        self._m_per_deg_lat, self._m_per_deg_lon = (
-            float(masses.m_per_deg_lat[index]),
-            float(masses.m_per_deg_lon[index]),
-        )
+        origins = masses.origins
+        self._origin_lat_deg, self._origin_lon_deg = float(origins.lat_deg[index]), float(origins.lon_deg[index])
+        self._m_per_deg_lat = float(origins.m_per_deg_lat[index])
+        self._m_per_deg_lon = float(origins.m_per_deg_lon[index])
 
     def seen_m(self) -> Point:
         """Place at which the vehicle believes to be."""

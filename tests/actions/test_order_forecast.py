@@ -88,11 +88,11 @@ def test_who_leaves_a_planner_and_who_is_pulled_along_is_told() -> None:
         Follow((1,), 2),
     ):
         assert forecast_order(request, mixed, HOMES, LIMITS, ROUND).warnings == (
-            "vehicle 1 will fly for no planner until told: order p",
+            "vehicle 1 will fly for no planner until ordered to: order p",
             "vehicle 3 will move with it: it is followed",
         )
     assert forecast_order(Nudge((1, 3), (0.0, 0.0, 0.0)), mixed, HOMES, LIMITS, ROUND).warnings == (
-        "vehicle 1 will fly for no planner until told: order p",
+        "vehicle 1 will fly for no planner until ordered to: order p",
     )
 
 

@@ -126,7 +126,7 @@ def test_a_key_is_not_removed_by_accident(shell: Shell, typed: str) -> None:
     code, said = shell.run("remove", "north", types=typed)
     assert code == 1
     assert "nothing was removed" in said
-    assert "obey nobody without it: 4" in said
+    assert "obey no station without it: 4" in said
     assert len(open_store(RunKind.LIVE).keys) == 1
 
 

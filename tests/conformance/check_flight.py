@@ -5,9 +5,7 @@ import math
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import check
-from tui_gcs.core.firmware import ardupilot, px4
 from tui_gcs.core.guard.permission import PASS
-from tui_gcs.core.mavlink.enum_names import AUTOPILOT_PX4
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.target_place import AltitudeReference, PlaceError, TargetPlace
 from tui_gcs.core.protocol.common import Vec3
@@ -199,7 +197,9 @@ def rtl(field: Field, vehicle: int) -> str:
     field.until(lambda: v.telemetry.position_m[0] > home[0] + 25.0, 40.0, "25 m away")
     pilot.firmware.release(v)
     began_s = field.clock.now()
-    mode = px4.RTL if v.autopilot == AUTOPILOT_PX4 else ardupilot.RTL
+    mode = field.station.services.modes.number(v, "rtl")
+    if mode is None:
+        raise NotApplicable("its modes have no return")
     pilot.must(pilot.firmware.mode(v, mode, "return", RetryClass.STOP))
     field.until(lambda: not v.telemetry.armed, 180.0, "back, landed and disarmed")
     away_m = math.dist(v.telemetry.position_m[:2], home[:2])

@@ -36,7 +36,7 @@ def reboot(field: Field, vehicle: int) -> str:
     if outcome is Outcome.REFUSED:
         raise NotApplicable(f"it refuses to reboot: {why}")
     if v.integrity.reboots <= reboots:
-        raise Failed(f"reboot: {outcome.value} ({why or 'no reason told'})")
+        raise Failed(f"reboot: {outcome.value} ({why or 'no reason given'})")
     seen_s = field.clock.now() - began_s
     wanted_hz = station.comms.rates.plan(v.link).get(POSITION, 1.0)
     rate = [0.0]

@@ -71,7 +71,7 @@ class Pilot:
         """
         outcome, why, took_s = self.order(action, limit_s)
         if outcome is not Outcome.CONFIRMED:
-            raise Failed(f"{action.name if action else ''}: {outcome.value} ({why or 'no reason told'})")
+            raise Failed(f"{action.name if action else ''}: {outcome.value} ({why or 'no reason given'})")
         return took_s
 
     def asked(self, name: str, order: MavCommand) -> tuple[Outcome, str, float]:

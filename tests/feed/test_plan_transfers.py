@@ -90,7 +90,7 @@ def test_a_station_that_was_started_anew_knows_nothing_of_it_and_another_task_ha
         lambda request: ServiceReply(ok=True, tasks=tasks) if isinstance(request, GetTasks) else told("running")
     )
     assert (came.good, kinds) == (False, ["fence"])
-    assert came.text.startswith("fence perhaps on board (= compares): nobody knows what became of it: the station was")
+    assert came.text.startswith("fence perhaps on board (= compares): its result is not known: the station was")
 
 
 def test_what_is_being_read_back_is_not_over_and_the_time_in_a_queue_is_no_pace() -> None:

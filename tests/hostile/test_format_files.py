@@ -249,7 +249,7 @@ def test_a_result_is_not_written_into_a_pipe_without_a_reader(
 ) -> None:
     os.mkfifo(tmp_path / "out")
     assert main([*option.split(), str(tmp_path / "out")]) == 2
-    assert "out: cannot be written (a pipe that nobody may read)" in capsys.readouterr().err
+    assert "out: cannot be written (a pipe without a reader)" in capsys.readouterr().err
 
 
 def test_what_is_wanted_from_a_vehicle_replaces_plain_files_only(tmp_path: Path) -> None:

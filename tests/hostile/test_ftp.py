@@ -209,7 +209,7 @@ def test_b6_90_answers_to_nothing_are_counted(tmp_path: Path) -> None:
     for seq in range(30):
         server.send(server.raw(seq, ACK if seq % 2 else NAK, BURST, bytes(239), seq * 239))
     rig.run(0.2)
-    rig.holds(counted="file answer nobody asked for")
+    rig.holds(counted="file answer not requested")
 
 
 # ---------------------------------------------------------------- 91…93: on the disk

@@ -315,7 +315,7 @@ def star(points: int) -> list[tuple[float, float]]:
         (polygon(star(10_000)), f"10000 items, the most are {MAX_ITEMS}"),
         (polygon([(80, -170), (89.95, 10), (80, 100)]), "the polygon reaches over a pole"),
         (polygon([(10, 179), (10, -179), (11, -179), (11, 179)]), "the polygon reaches over the antimeridian"),
-        (polygon([(47, 8), (47.1, 8), (47.1, 8.1)], said=4), "its 3 points say that it has 4"),
+        (polygon([(47, 8), (47.1, 8), (47.1, 8.1)], said=4), "its 3 points give as their number 4"),
         (fence(PlanItem(5003, 0, (-3.0, 0, 0, 0), 470_000_000, 80_000_000)), "a circle of -3 m"),
         (fence(PlanItem(5003, 0, (9000.0, 0, 0, 0), 898_900_000, 80_000_000)), "the circle reaches over a pole"),
         (

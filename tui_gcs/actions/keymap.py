@@ -104,7 +104,7 @@ def _key(key: object, where: str) -> str:
         raise KeymapError(f"{where}: {key[:20]}: no terminal has such a key; plus, minus, f1 to f24, pageup are names")
     # A terminal sends Alt as Esc and the key (docs/terminal.md B6); behind tmux they cannot be told apart.
     if key.startswith("alt+"):
-        raise KeymapError(f"{where}: {key}: Alt cannot be told from Esc and the key; take ctrl+ or a function key")
+        raise KeymapError(f"{where}: {key}: Alt is the same as Esc and the key; take ctrl+ or a function key")
     if key in RESERVED or key.isdigit():
         raise KeymapError(f"{where}: {key} is taken: it {RESERVED.get(key, 'numbers vehicles')}")
     return key

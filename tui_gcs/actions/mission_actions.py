@@ -68,7 +68,7 @@ MISSION_ACTIONS = (
     action("zoom_in", "greater_than_sign", "", "farther, closer", MAP, shown="< >", do="zoom(1)"),
     action("zoom_out", "less_than_sign", "", "", MAP, do="zoom(-1)"),
     action("fit", "z", "", "everything in view", MAP, do="map_view.fit"),
-    action("read_whole", "ctrl+r", "", "all that is said of the plans: below the list it may be cut", EDIT),
+    action("read_whole", "ctrl+r", "", "all findings of the plans: below the list they may be cut", EDIT),
     action("other_side", "i", "", "of a fence: inside or outside", EDIT, do="edit('edits.other_side')"),
     action("new_polygon", "G", "", "fence: one more polygon, at the cursor or home", EDIT, do="new_fence('polygon')"),
     action("new_circle", "O", "", "fence: one more circle, at the cursor or home", EDIT, do="new_fence('circle')"),

@@ -81,8 +81,8 @@ def forecast_order(
     if not ways:
         return OrderForecast(warnings=parted)
     # NaN, and orders without a speed, mean the scenario's limit.
-    asked = getattr(request, "speed_m_s", math.nan)
-    speed = limits.speed_m_s if math.isnan(asked) else min(asked, limits.speed_m_s)
+    speed_m_s = getattr(request, "speed_m_s", math.nan)
+    speed = limits.speed_m_s if math.isnan(speed_m_s) else min(speed_m_s, limits.speed_m_s)
     concerned = {way.row.id for way in ways}
     others = [row for row in rows.values() if row.id not in concerned and _is_up(row)]
     warnings = [*_beyond(ways, limits, round_), *_layers(ways, others, limits), *_meeting(ways, limits)]
@@ -97,7 +97,7 @@ def _leaving(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterabl
     """Warn about vehicles that fly for a planner now, and will not any more."""
     found = [v for v in vehicles if v in rows and rows[v].phase is Phase.FLYING]
     if found:
-        yield f"{vehicles_words(found)} will fly for no planner until told: order p"
+        yield f"{vehicles_words(found)} will fly for no planner until ordered to: order p"
 
 
 def _behind(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable[str]:
@@ -138,7 +138,7 @@ def _ways(request: Request, rows: Mapping[int, VehicleRow], homes: Homes) -> Ite
 
 def _known(point: Vec3, here: Vec3) -> Vec3:
     """Replace NaN coordinates, which mean unchanged, by the present ones."""
-    x, y, z = (own if math.isnan(asked) else asked for asked, own in zip(point, here, strict=True))
+    x, y, z = (own if math.isnan(given) else given for given, own in zip(point, here, strict=True))
     return x, y, z
 
 
@@ -163,13 +163,13 @@ def _beyond(ways: list[_Leg], limits: Limits, round_: Round | None) -> Iterable[
     guard, area = Guard(limits, round_.area, round_.no_fly), round_.area
     outside = {way.row.id: out for way in ways if (out := guard.outside_m(way.goal_m)) > 0}
     if outside:
-        out_m, who = max(outside.values()), vehicles_words(outside)
-        yield f"{out_m:.0f} m outside the area, or in a no-fly zone: the guard stops {who}"
+        out_m, names = max(outside.values()), vehicles_words(outside)
+        yield f"{out_m:.0f} m outside the area, or in a no-fly zone: the guard stops {names}"
     wrong = [way for way in ways if not area.alt_min_m <= way.goal_m[2] <= area.alt_max_m]
     if wrong:
         band = f"{area.alt_min_m:g}-{area.alt_max_m:g} m"
-        who = vehicles_words(way.row.id for way in wrong)
-        yield f"{wrong[0].goal_m[2]:.0f} m is outside the band {band}: the guard stops {who}"
+        names = vehicles_words(way.row.id for way in wrong)
+        yield f"{wrong[0].goal_m[2]:.0f} m is outside the band {band}: the guard stops {names}"
 
 
 def _layers(ways: list[_Leg], others: list[VehicleRow], limits: Limits) -> Iterable[str]:

@@ -38,7 +38,7 @@ PLAN_ACTIONS = (
     action("copy_to_all", "0", "", "", EDIT, do="parts.copy_to_all"),
     action("add_round", "R", "", "new round like this one", EDIT, do="parts.add_round"),
     action("delete_round", "X", "", "delete this round (press twice)", EDIT, do="parts.delete_round"),
-    action("read_whole", "ctrl+r", "", "all that is said of the plan: below the form it may be cut", EDIT),
+    action("read_whole", "ctrl+r", "", "all findings of the plan: below the form they may be cut", EDIT),
     action("how_many", "i", "how many", "how many vehicles the team needs for a worst idleness", EDIT, 1),
     action("move_on_map", "e", "on map", "arrows move (Shift: ten steps), [ ] turn, { } size; Esc ends", MAP, 2),
     action("corner", "", "", "on the map: next and previous corner, then all; arrows move it, + Del", MAP, shown="n N"),
@@ -56,5 +56,5 @@ PLAN_ACTIONS = (
     action("zone_down", "down", "", "zone below; in a form: next field", SELECT, do="zone_list.action_move(1)"),
     action("leave", "escape", "", "leave a field, the map, or a question", SELECT),
     action("resume", "enter", "", "in hold, outside fields: go on with the planner", COMMAND),
-    action("detach_asking", "q", "", "detach; with changes that nobody else has it asks once more", SELECT),
+    action("detach_asking", "q", "", "detach; with changes that are not saved it asks once more", SELECT),
 )

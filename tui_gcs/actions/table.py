@@ -69,7 +69,7 @@ APP_ACTIONS = (
         why_not=_start_or_hold,
         label_now=_start_or_hold_label,
     ),
-    _command("orders", "c", "command", "what the selected vehicles can be told; asks", 8, why_not=_needs_selection),
+    _command("orders", "c", "command", "orders to the selected vehicles; asks", 8, why_not=_needs_selection),
     _command(
         "return_selected", "r", "return", "the selected vehicles return and land; asks", 4, why_not=_needs_selection
     ),

@@ -75,7 +75,7 @@ def report_planners(planners: "dict[str, PlannerInfo]", scenario: "Scenario") ->
         sys.stderr.write(f"planner {info.name} {clean(info.version)}: {clean(info.file)}  sha256 {info.sha256}\n")
         if info.name not in flown:
             sys.stderr.write(
-                f"WARNING: planner {info.name} flies nobody: no team of this scenario says planner = "
+                f"WARNING: planner {info.name} flies no vehicle: no team of this scenario says planner = "
                 f'"{info.name}" (they say {", ".join(sorted(flown))})\n'
             )
 

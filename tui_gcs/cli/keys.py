@@ -67,7 +67,7 @@ def _not_in_flight(arguments: argparse.Namespace, vehicles: list[tuple[str, int]
     flying = {row.id % IDS_PER_NETWORK for row in frame.rows() if row.armed}
     if armed := sorted(system for _, system in vehicles if system in flying):
         ids = ", ".join(map(str, armed))
-        raise CommandError(f"vehicle {ids} is armed: without its key it would obey nobody. Land it first")
+        raise CommandError(f"vehicle {ids} is armed: without its key it would obey no station. Land it first")
 
 
 def _unassign(store: KeyStore, arguments: argparse.Namespace) -> int:
@@ -82,7 +82,7 @@ def _remove(store: KeyStore, arguments: argparse.Namespace) -> int:
     _not_in_flight(arguments, store.vehicles_of(key.name))
     vehicles = ", ".join(vehicle_name(*vehicle) for vehicle in store.vehicles_of(key.name))
     if vehicles:
-        _say(f"Vehicles that hold this key obey nobody without it: {vehicles}")
+        _say(f"Vehicles that hold this key obey no station without it: {vehicles}")
     if _answer(f"Type {key.name} to forget the key {key.fingerprint} for ever: ") != key.name:
         _say("nothing was removed")
         return FAILED

@@ -149,7 +149,7 @@ def _add_rehearse(commands: options.Commands) -> None:
     options.repeated(parser, "--lose", "ID@T[/S]", known)
     known = "the battery of vehicle ID is low from T seconds after the start; may be repeated"
     options.repeated(parser, "--drain", "ID@T", known)
-    known = "the station dies T seconds after the start, comes back, and is told to resume; may be repeated"
+    known = "the station dies T seconds after the start, comes back, and is ordered to resume; may be repeated"
     options.repeated(parser, "--restart", "T", known, kind=float)
     options.simulation(parser)
     options.fault(parser)
@@ -229,7 +229,9 @@ def _add_preflight(commands: options.Commands) -> None:
     known = "accept this failsafe as it is (LIVE), e.g. station-loss; may be repeated"
     options.repeated(parser, "--acknowledge", "CHECK", known)
     parser.add_argument("--sign", action="store_true", help="sign the list, for one start; refused while a check fails")
-    parser.add_argument("--operator", default="", metavar="NAME", help="who says so (default: your login name)")
+    parser.add_argument(
+        "--operator", default="", metavar="NAME", help="your name for the journal (default: your login)"
+    )
 
 
 def _add_sim(commands: options.Commands) -> None:
@@ -277,7 +279,7 @@ def _add_keys(commands: options.Commands) -> None:
         if name in ("add", "import", "assign", "unassign"):
             needed = name.endswith("assign")
             parser.add_argument("--vehicle", type=int, metavar="ID", required=needed, help="MAVLink system id")
-            parser.add_argument("--network", default="", metavar="NET", help="where ids are told apart by network")
+            parser.add_argument("--network", default="", metavar="NET", help="its network, if ids repeat")
     known = "not a random one: ask for 64 hex digits"
     parsers["add"].add_argument("--hex", dest="form", action="store_const", const="hex", help=known)
     parsers["import"].add_argument(
@@ -325,7 +327,7 @@ def _scenario_and_links(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--operator-at", nargs=2, type=float, metavar=("LAT", "LON"), help=known)
     known = "with --operator-at: your height above the WGS-84 ellipsoid"
     parser.add_argument("--operator-alt", type=float, metavar="M", help=known)
-    known = "sim: these are somebody's simulated vehicles; loopback links only"
+    known = "sim: these vehicles are simulated by another program; loopback links only"
     parser.add_argument("--kind", choices=("live", "sim"), default="live", help=known)
 
 

@@ -41,7 +41,7 @@ def _summary(file: str, *, as_json: bool) -> int:
     return FAILED if summary.truncated else OK
 
 
-def _show(file: str, speed: float, wanted: ConsolePreferences) -> int:
+def _show(file: str, speed: float, options: ConsolePreferences) -> int:
     from tui_gcs.app import ConsoleApp
     from tui_gcs.console.parts import ConsoleOptions
     from tui_gcs.core.base.clock import MonotonicClock
@@ -57,7 +57,7 @@ def _show(file: str, speed: float, wanted: ConsolePreferences) -> int:
     app = ConsoleApp(
         bus,
         kind=RunKind.REPLAY,
-        options=ConsoleOptions(replay=True, overlays=wanted.overlays, keymap=wanted.keymap, theme=wanted.theme),
+        options=ConsoleOptions(replay=True, overlays=options.overlays, keymap=options.keymap, theme=options.theme),
     )
     over = threading.Event()
 

@@ -57,13 +57,13 @@ def table(result: FlightResult) -> str:
         lines += [f"{'':10}{text}"[:80] for text in _remarks(r)]
     lines += _covered(result) + _intruders(result) + _metrics(result)
     lines += ["", f"{'check':<57}{'value':>10}{'limit':>10}"]
-    told = ""
+    last_why = ""
     for check in result.checks:
         mark = "ok  " if check.ok else "FAIL"
         lines.append(f"{mark} {check.name:<52.52}{_number(check.value):>10}{_number(check.limit):>10}")
-        if check.why and check.why != told:
+        if check.why and check.why != last_why:
             lines.append(f"     -- {check.why}"[:80])
-            told = check.why
+            last_why = check.why
     good = sum(check.ok for check in result.checks)
     lines += ["", f"{good} of {len(result.checks)} checks hold", *filter(None, [result.incomplete]), ""]
     return "\n".join(lines)
@@ -121,8 +121,8 @@ def _intruders(result: FlightResult) -> list[str]:
     return lines
 
 
-def _row(who: tuple[str, str, str, str], idle: tuple[str, ...], off: tuple[str, str, str]) -> str:
-    name, zone, role, count = who
+def _row(zone_words: tuple[str, str, str, str], idle: tuple[str, ...], off: tuple[str, str, str]) -> str:
+    name, zone, role, count = zone_words
     numbers = "".join(f"{text:>7}" for text in idle)
     return f"{name:<10.10}{zone:<7.7} {role:<7.7}{count:>2}{numbers}{off[0]:>6}{off[1]:>6}{off[2]:>6}".rstrip()
 

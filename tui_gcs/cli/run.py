@@ -93,7 +93,7 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
     signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
     bar = ProgressBar()
     heard_s = time.monotonic()
-    told = 0
+    reported = 0
     while not script.done:
         time.sleep(POLL_S)
         if bus.run_pending():
@@ -104,9 +104,9 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
         if time.monotonic() - heard_s > SILENT_S and (interrupted.is_set() or not script.armed):
             raise CommandError(f"the station has been silent for {SILENT_S:.0f} s: `tui-gcs attach` looks at it")
         script.tick()
-        for check in script.overridden[told:]:
+        for check in script.overridden[reported:]:
             sys.stderr.write(f"tui-gcs: flying in spite of {check.words()}\n")
-        told = len(script.overridden)
+        reported = len(script.overridden)
         bar.show(script.progress, script.headline)
     bar.end()
     if refusal := _end_station(bus, principal):

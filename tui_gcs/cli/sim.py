@@ -110,11 +110,11 @@ def _start_lines(arguments: argparse.Namespace, spec: dict[str, Any]) -> str:
     """Return the lines that describe which vehicles send where, and what to type next."""
     vehicles = spec["vehicles"]
     ids = [vehicle["system_id"] for vehicle in vehicles]
-    who = f"real {arguments.real}" if arguments.real else _kinds([vehicle["autopilot"] for vehicle in vehicles])
+    kinds = f"real {arguments.real}" if arguments.real else _kinds([vehicle["autopilot"] for vehicle in vehicles])
     first = vehicles[0]
     place = f"{first['lat_deg']:.6f},{first['lon_deg']:.6f},{first['ground_amsl_m']:g}"
     lines = [
-        f"{len(ids)} vehicles ({who}), ids {_ranges(ids)}, send to {arguments.target}; the first stands at {place}",
+        f"{len(ids)} vehicles ({kinds}), ids {_ranges(ids)}, send to {arguments.target}; the first stands at {place}",
         *(["PX4's own simulator takes no heading"] if arguments.real == "px4" and first["heading_deg"] else []),
         *([f"faults between them and the station: {arguments.fault}"] if arguments.fault else []),
         f"next, in another terminal: {_next(arguments)}",

@@ -42,7 +42,7 @@ def spec_of_options(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.scenario is not None:
         for name in ("count", "home", "spacing", "first"):
             if getattr(arguments, name) is not None:
-                raise CommandError(f"--{name}: the scenario says who stands where; leave it out")
+                raise CommandError(f"--{name}: the scenario gives the take-off places; leave it out")
         scenario, _, _ = read_scenario(arguments.scenario)
         return spec_of_scenario(scenario, arguments)
     if arguments.intruders is not None:

@@ -84,7 +84,7 @@ def newest(kind: RunKind) -> tuple["StationStatus", "FleetFrame"]:
     heard = both.wait(STATUS_WAIT_S)
     bus.close()
     if not heard:
-        raise CommandError(f"the {kind} station says nothing")
+        raise CommandError(f"the {kind} station publishes no status")
     return decode(got[keys.STATUS], StationStatus), decode(got[keys.FLEET], FleetFrame)
 
 

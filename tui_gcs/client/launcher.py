@@ -215,9 +215,9 @@ def supervise(kind: RunKind) -> int:
         setting = json.loads((directory / RUN_FILE).read_text())
         # The pipe's other end closes with the last process that holds it, even after `kill -9`: no poll and no pid file
         # needed.
-        wanted, wants = os.pipe()
-        simulation = _start_sim(directory, setting, wanted)
-        os.close(wanted)
+        lifeline, wants = os.pipe()
+        simulation = _start_sim(directory, setting, lifeline)
+        os.close(lifeline)
         try:
             code = _keep_station(directory, wants)
             if code == 0:  # one that could not even start leaves it to the next
@@ -231,10 +231,10 @@ def supervise(kind: RunKind) -> int:
             (directory / STATE_FILE).unlink(missing_ok=True)
 
 
-def _start_sim(directory: Path, setting: dict[str, Any], wanted: int) -> list[subprocess.Popen[bytes]]:
+def _start_sim(directory: Path, setting: dict[str, Any], lifeline: int) -> list[subprocess.Popen[bytes]]:
     """Start the vehicles, and the proxy that makes their links faulty, if wanted.
 
-    They end by themselves when no process holds the other end of the pipe `wanted`: this one does, and the station,
+    They end by themselves when no process holds the other end of the pipe `lifeline`: this one does, and the station,
     which flies on without it.
     """
     if "sim_spec" not in setting:
@@ -247,24 +247,24 @@ def _start_sim(directory: Path, setting: dict[str, Any], wanted: int) -> list[su
         commands.append(proxy_command(target, setting["sim_target"], setting["fault"], setting["sim_spec"]["seed"]))
     command = [sys.executable, "-m", "sitl.launch.simulated", "--spec", str(spec), "--target", target]
     commands.insert(0, [*command, "--parent", str(os.getpid())])
-    tied = [[*command, "--lifeline", str(wanted)] for command in commands]
-    return [subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wanted,)) for command in tied]
+    tied = [[*command, "--lifeline", str(lifeline)] for command in commands]
+    return [subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(lifeline,)) for command in tied]
 
 
 def _keep_station(directory: Path, wants: int) -> int:
     """Restart the station whenever it dies. It alone holds `wants`; its children do not."""
     station: subprocess.Popen[bytes] | None = None
-    asked = {"end": False}
+    request = {"end": False}
 
     def end(*_: object) -> None:
-        asked["end"] = True
+        request["end"] = True
         if station is not None:
             station.terminate()
 
     signal.signal(signal.SIGTERM, end)
     adopts = adopt_orphans()
     starts: list[float] = []
-    while not asked["end"]:
+    while not request["end"]:
         starts = [*(t for t in starts if time.monotonic() - t < 60), time.monotonic()]
         if len(starts) > MAX_RESTARTS:
             (directory / "error").write_text(f"the station died {MAX_RESTARTS} times in a minute: see its log")

@@ -265,8 +265,8 @@ class CommandController:
         )[:MAX_PAYLOAD_QUESTIONS]
         if unknown and now - self._payloads_asked_s > PAYLOAD_PERIOD_S:
             self._payloads_asked_s = now
-            asked = self._feed.requests.send(AskPayloads(unknown))
-            self._parts.app.run_worker(asked, group="carried", exit_on_error=False)
+            question = self._feed.requests.send(AskPayloads(unknown))
+            self._parts.app.run_worker(question, group="carried", exit_on_error=False)
 
     def _is_refused(self, action_id: str) -> bool:
         """Whether an action can do nothing now; the operator is shown the reason."""

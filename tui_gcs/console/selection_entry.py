@@ -108,4 +108,4 @@ class SelectionEntry:
             return
         saved = f"{choice.save_as} {'saved' if choice.ids else 'forgotten'}: " if choice.save_as else ""
         level = Severity.CAUTION if trouble else Severity.NORMAL
-        self._parts.notice(f"{saved}selected {ids(choice.ids) or 'nobody'}{trouble}", level)
+        self._parts.notice(f"{saved}selected {ids(choice.ids) or 'none'}{trouble}", level)

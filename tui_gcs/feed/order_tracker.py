@@ -167,18 +167,18 @@ class OrderTracker:
         followed = [order for order in self.orders if order.tasks]
         if not followed:
             return
-        asked = tuple(number for order in followed for number in order.tasks)
-        reply = await self._feed.requests.send(GetTasks(asked))
+        numbers = tuple(number for order in followed for number in order.tasks)
+        reply = await self._feed.requests.send(GetTasks(numbers))
         answered = isinstance(reply, ServiceReply) and reply.ok
         infos = reply.tasks if isinstance(reply, ServiceReply) and reply.ok else ()
         for order in followed:
             for info in infos:
                 _follow(order, info)
             if answered:
-                _lose(order, [number for number in asked if all(info.number != number for info in infos)])
+                _lose(order, [number for number in numbers if all(info.number != number for info in infos)])
             if self._clock.now() - order.asked_s > TASK_S:
                 for result in order.tasks.values():
-                    result.state, result.text = OrderState.NO_ANSWER, "nobody knows what became of it"
+                    result.state, result.text = OrderState.NO_ANSWER, "its result is not known"
                 order.tasks.clear()
             self._on_news(order)
 
@@ -217,7 +217,7 @@ def _lose(order: SentOrder, numbers: Sequence[int]) -> None:
         if (result := order.tasks.pop(number, None)) is not None:
             result.state, result.text = (
                 OrderState.NO_ANSWER,
-                "the station was started anew: nobody knows what became of it",
+                "the station was started anew: its result is not known",
             )
 
 

@@ -31,7 +31,7 @@ LOOK_S = 0.3
 """Time between two questions how a task stands."""
 SILENT_S = 90.0
 """A task without news for this long is given up here; the station may still go on with it."""
-NOBODY_KNOWS = "nobody knows what became of it"
+NOBODY_KNOWS = "its result is not known"
 _WORDS: dict[PlanKind, PlanWord] = {
     PlanKind.MISSION: "mission",
     PlanKind.FENCE: "fence",
@@ -188,10 +188,10 @@ class PlanTransfers:
         transfer.part.look(info, answered_s)
         while not info.over and not transfer.over:
             await asyncio.sleep(LOOK_S)
-            asked = await self._requests.send(GetTasks((info.number,)))
+            reply = await self._requests.send(GetTasks((info.number,)))
             now = self._clock.now()
-            if asked.ok:
-                found = next((each for each in asked.tasks if _same(each, info)), None)
+            if reply.ok:
+                found = next((each for each in reply.tasks if _same(each, info)), None)
                 if found is None:
                     # Numbers begin anew with the station: another task may have this one.
                     transfer.text, transfer.is_unknown = f"{NOBODY_KNOWS}: the station was started anew", True

@@ -109,7 +109,7 @@ def test_a_zone_that_nobody_serves(capsys: pytest.CaptureFixture[str]) -> None:
         text = SCENARIO.read_text()
         Path("a.toml").write_text(text.replace("[[round.zone]]", more.format(role) + "[[round.zone]]", 1))
         main(["check", "a.toml"])
-        assert ("no team serves spare: nobody flies there" in capsys.readouterr().out) is told
+        assert ("no team serves spare: no vehicle flies there" in capsys.readouterr().out) is told
 
 
 def test_layers_with_nothing_to_spare(capsys: pytest.CaptureFixture[str]) -> None:

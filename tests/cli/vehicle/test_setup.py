@@ -146,7 +146,7 @@ def test_what_cannot_be_cancelled_is_told_goes_on_and_can_be_joined(
     rig.run(3.0)
     code, out, _ = tell(rig, "calibrate", "1", "accel", enter=lambda: True)
     assert code == 0 and "accelerometers calibrated" in out
-    assert tell(rig, "calibrate", "1", "next")[:2] == (1, "vehicle 1: FAILED: it does not wait for anybody\n")
+    assert tell(rig, "calibrate", "1", "next")[:2] == (1, "vehicle 1: FAILED: no task of it waits for a confirmation\n")
 
 
 def test_somebody_elses_calibration_is_cancelled_by_name(tmp_path: Path, tell: Tell) -> None:

@@ -56,7 +56,7 @@ def test_one_forged_first_heartbeat_blinds_nobody(wired: MakeWired, component: i
     vehicle = flight.vehicle()
     assert vehicle.component == 1 and vehicle.identity.identified
     assert vehicle.freshness(flight.clock.now()) is Freshness.OK
-    assert flight.texts("vehicle 1").count("its autopilot now speaks as component 1") == 1
+    assert flight.texts("vehicle 1").count("its autopilot now sends as component 1") == 1
 
 
 def test_after_a_restart_in_flight_a_forged_heartbeat_keeps_no_landing_from_arriving(wired: MakeWired) -> None:
@@ -83,7 +83,7 @@ def test_who_comes_back_as_another_component_is_heard_and_asked_anew(wired: Make
     vehicle = flight.vehicle()
     assert vehicle.component == 2 and vehicle.identity.identified
     assert vehicle.freshness(flight.clock.now()) is Freshness.OK
-    assert "its autopilot now speaks as component 2" in flight.texts("vehicle 1")
+    assert "its autopilot now sends as component 2" in flight.texts("vehicle 1")
 
 
 @pytest.mark.parametrize(

@@ -247,7 +247,7 @@ def test_hold_one_and_the_others_go_on(rig: MakeRig) -> None:
 @pytest.mark.parametrize("request_", [m.Hold(), m.Return()])
 def test_nobody_in_the_air_is_told_so(rig: MakeRig, request_: m.AnyRequest) -> None:
     reply = rig(1).ready().ask(request_)
-    assert not reply.ok and reply.text == "nobody is in the air"
+    assert not reply.ok and reply.text == "no vehicle is in the air"
 
 
 def test_a_hold_lost_on_the_way_is_repeated(rig: MakeRig) -> None:

@@ -103,7 +103,7 @@ def test_a_held_vehicle_that_another_station_flies_away_is_alarmed(rig: MakeRig)
     assert flight.ask(m.Hold(vehicles=(2,))).ok
     flight.run(8.0)
     OtherStation(flight).leads(2, 4.0)
-    assert left(flight).startswith("moves at 6 m/s, was told to hold")
+    assert left(flight).startswith("moves at 6 m/s, was ordered to hold")
 
 
 def test_a_patrol_s_vehicle_that_another_station_leads_is_alarmed(rig: MakeRig) -> None:

@@ -17,7 +17,7 @@ from tui_gcs.core.links.resolve import resolve
 from tui_gcs.core.links.udp import RECEIVE_BUFFER_BYTES, RENEW_GAP_S, TROUBLE_S, UdpInLink, UdpOutLink
 
 RMEM_MAX = Path("/proc/sys/net/core/rmem_max")
-REFUSED = "nobody listens there (connection refused)"
+REFUSED = "nothing listens there (connection refused)"
 linux = pytest.mark.skipif(not RMEM_MAX.exists(), reason="only Linux tells what it drops and grants")
 
 

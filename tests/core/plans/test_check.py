@@ -118,7 +118,7 @@ def test_a_polygon_has_three_points_that_say_so_and_lies_on_one_map() -> None:
     assert of_fence(*three) == []
     assert of_fence(*three[:2]) == ["a polygon of 2 points: it needs 3"]
     assert of_fence(three[0]) == ["a polygon of 1 point: it needs 3"]
-    assert of_fence(*corners[:3]) == ["its 3 points say that it has 4"]
+    assert of_fence(*corners[:3]) == ["its 3 points give as their number 4"]
     assert of_fence(*(replace(item, y=3) for item in three)) == ["the polygon has no area"]
     (crossed,) = of_fence(corners[0], corners[2], corners[1], corners[3])
     assert crossed.startswith("the polygon crosses itself near 47.397")

@@ -69,7 +69,7 @@ def test_the_clock_of_the_mission_goes_on_or_has_not_begun(rig: MakeRig, path: P
     after = next_station(ground, path)
     assert held(path)["started_s"] == (None if math.isnan(started_s) else started_s)
     assert after.flight.executive.started_s == pytest.approx(started_s, nan_ok=True)
-    assert after.flight.executive.run is RunPhase.IDLE, "nobody is in the air"
+    assert after.flight.executive.run is RunPhase.IDLE, "no vehicle is in the air"
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ def heard(back_off: BackOff, txbuf: int, start_s: int, seconds: int, *, asked: b
     """Steps after each of one report a second."""
     steps = []
     for t in range(start_s, start_s + seconds):
-        back_off.on_report(txbuf, float(t), MOST, asked=asked)
+        back_off.on_report(txbuf, float(t), MOST, requested=asked)
         steps.append(back_off.steps)
     return steps
 
@@ -59,7 +59,7 @@ def test_a_step_up_that_fills_the_buffer_again_is_tried_less_and_less_often() ->
     txbuf = 40
     for t in range(900):
         before = back_off.steps
-        back_off.on_report(txbuf, float(t), MOST, asked=True)
+        back_off.on_report(txbuf, float(t), MOST, requested=True)
         if back_off.steps < before:
             climbs.append(t)
         txbuf = 95 if back_off.steps else 40  # the radio carries one step less than calculated
@@ -87,7 +87,7 @@ def test_a_radio_that_does_not_know_its_buffer_moves_nothing() -> None:
 def test_steps_that_are_no_longer_there_are_given_back() -> None:
     back_off = BackOff()
     heard(back_off, 10, 0, 4)
-    back_off.on_report(95, 20.0, 1, asked=True)
+    back_off.on_report(95, 20.0, 1, requested=True)
     assert back_off.steps == 1
 
 

@@ -154,7 +154,7 @@ def done(*ok: bool) -> tuple[VehicleResult, ...]:
 @pytest.mark.parametrize(
     ("asked", "results", "expected", "newer"),
     [
-        (m.Hold(), (), (False, "nobody is in the air"), ()),
+        (m.Hold(), (), (False, "no vehicle is in the air"), ()),
         (m.Hold(), done(True), (True, "hold: vehicle 1"), ()),
         (m.Hold(), done(True, True), (True, "hold: vehicles 1-2"), ()),
         (m.Hold(), done(True, False, True), (False, "hold: 2 of 3: vehicles 1 3"), ()),

@@ -60,7 +60,7 @@ def test_unsigned_frames_of_it_are_not_believed_and_that_is_told(keys: KeyStore)
         vehicle = heard.hear(battery(1 + number))
     assert vehicle.telemetry.battery_pct == 60.0
     assert heard.trust.dropped["unsigned, though a key is set"] == 15
-    assert "stopped signing, or somebody forges: unsigned frames are not believed" in heard.told()
+    assert "stopped signing, or its frames are forged: unsigned frames are not used" in heard.told()
     for _ in range(10):
         heard.hear(battery(1))
     assert vehicle.identity.signing is Signing.UNSIGNED
@@ -79,7 +79,7 @@ def test_another_key_is_not_its_key(keys: KeyStore) -> None:
         vehicle = heard.hear(signed(heard, battery(1), OTHER))
     assert vehicle.telemetry.battery_pct == 60.0 and vehicle.identity.signing is Signing.UNKNOWN_KEY
     assert vehicle.why_not_commanded == "signed with a key that we do not hold"
-    assert "frames signed with an unknown key: not believed" in heard.told()
+    assert "frames signed with an unknown key: not used" in heard.told()
     assert heard.trust.dropped["signature: bad signature"] == 30
 
 
@@ -140,7 +140,7 @@ def test_a_clock_far_ahead_is_not_believed(keys: KeyStore) -> None:
     heard = Heard(keys, SECRET)
     vehicle = heard.hear(signed(heard, battery(5), SECRET, later_s=3600.0))
     assert vehicle.telemetry.battery_pct != 5.0
-    assert "its signing clock is more than 5 min ahead: that stream is not believed" in heard.told()
+    assert "its signing clock is more than 5 min ahead: that stream is not used" in heard.told()
     assert heard.say("SYS_STATUS", battery_remaining=60).telemetry.battery_pct == 60.0
 
 
@@ -154,7 +154,7 @@ def test_whose_time_is_behind_is_told_the_time_once_a_second(keys: KeyStore) -> 
     ((source, beat),) = heard.trust.due_time_frames()
     assert source is heard.vehicle.path.source and signature_matches(beat, SECRET)
     assert not gate(signed(heard, battery(5), SECRET, later_s=-3600.0)) and heard.trust.due_time_frames() == []
-    assert "its signing clock is behind: it is told the time, and not believed before" in heard.told()
+    assert "its signing clock is behind: the time is sent to it, its frames are not used before" in heard.told()
     heard.clock.advance(1.0)
     assert len(heard.trust.due_time_frames()) == 1
 

@@ -153,7 +153,7 @@ def _param_lines(content: Content) -> list[FindingLine]:
     found = [FindingLine(NOTE, "", counted(len(content.params), "parameter"))]
     for line in content.params:
         if line.name in IDENTITIES:
-            text = f"{line.name} says who a vehicle is: on a second one, two answer to one number"
+            text = f"{line.name} is part of a vehicle's identity: on a second one, two answer to one number"
             found.insert(0, FindingLine(CAUTION, "", text))
         elif line.name in NOT_TO_WRITE:
             found.append(FindingLine(NOTE, "", f"{line.name} is reckoned by the vehicle itself"))
@@ -172,16 +172,17 @@ def _plan_lines(content: Content, base: "BaseScenario | None", arguments: argpar
     draft = VehicleDraft(*items)
     if draft.is_empty:
         return [FindingLine(NOTE, "", "nothing is planned in it")]
-    who, site = _who(content, draft, base, arguments)
+    target, site = _who(content, draft, base, arguments)
     amsl_m = content.home.amsl_m if content.home is not None and not math.isnan(content.home.amsl_m) else 0.0
-    way = timed_path(draft.mission, HomePosition(who.start_m, amsl_m), who.frame, site.performance)
+    way = timed_path(draft.mission, HomePosition(target.start_m, amsl_m), target.frame, site.performance)
     found: list[MissionFinding] = findings(draft, way, site)
     if not any(finding.level is FindingLevel.ERROR for finding in found):
-        found = sorted([*found, *autopilot_findings(draft, who)], key=lambda finding: -finding.level)
+        found = sorted([*found, *autopilot_findings(draft, target)], key=lambda finding: -finding.level)
     lines = [
-        FindingLine(WORDS[finding.level], *_place_and_text(finding)) for finding in (*found, *summary(draft, way, who))
+        FindingLine(WORDS[finding.level], *_place_and_text(finding))
+        for finding in (*found, *summary(draft, way, target))
     ]
-    if who.home_deg is None:
+    if target.home_deg is None:
         lines.append(FindingLine(NOTE, "", "where it starts is not known: taken for its first place (--home LAT,LON)"))
     return lines
 

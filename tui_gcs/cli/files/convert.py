@@ -18,11 +18,11 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.core.formats.content import FormatError
 
     source, target = Path(arguments.source), Path(arguments.target)
-    wanted = _target(target, arguments.to)
+    target_format = _target(target, arguments.to)
     if (missions := missions_in(source)) is not None:
         from tui_gcs.cli.files.convert_missions import convert_missions
 
-        return convert_missions(arguments, missions, wanted)
+        return convert_missions(arguments, missions, target_format)
     if arguments.vehicle is not None:
         raise CommandError(f"--vehicle {arguments.vehicle}: only the missions screen's own file holds several vehicles")
     may_write(target, force=arguments.force)
@@ -30,12 +30,12 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.core.formats.conversion import convert  # geometry, which a file that cannot be read does not wait for
 
     try:
-        written = convert(read, wanted, options_for(arguments, target.stem))
+        written = convert(read, target_format, options_for(arguments, target.stem))
     except FormatError as error:
         raise CommandError(f"{clean(str(source), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
     put(target, written.data, force=arguments.force)
     tell(written)
-    sys.stdout.write(f"{clean(str(target), MAX_CELLS)} written: {wanted.text}\n")
+    sys.stdout.write(f"{clean(str(target), MAX_CELLS)} written: {target_format.text}\n")
     return FAILED if written.left_out else OK
 
 
@@ -44,5 +44,5 @@ def _target(target: Path, to: str | None) -> "Format":
 
     found = BY_NAME[to] if to is not None else format_of(target.name)
     if found is None:
-        raise CommandError(f"{target}: an ending that says the format is needed ({KNOWN}), or --to FORMAT")
+        raise CommandError(f"{target}: an ending that names the format is needed ({KNOWN}), or --to FORMAT")
     return found

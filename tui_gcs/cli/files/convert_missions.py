@@ -16,23 +16,23 @@ from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import id_ranges
 
 
-def convert_missions(arguments: argparse.Namespace, data: bytes, wanted: Format) -> int:
+def convert_missions(arguments: argparse.Namespace, data: bytes, target_format: Format) -> int:
     """Write all files or, if one cannot be made, none; the exit code is 1 if something had to be left out.
 
     Raises `CommandError`.
     """
     source, target = Path(arguments.source), Path(arguments.target)
     chosen = _chosen(arguments.vehicle, data, source)
-    if wanted.family not in (Family.PLAN, Family.DRAWING):
-        raise CommandError(f"{source.name}: missions do not become {wanted.text}")
+    if target_format.family not in (Family.PLAN, Family.DRAWING):
+        raise CommandError(f"{source.name}: missions do not become {target_format.text}")
     files = {vehicle: target_for(target, vehicle, alone=len(chosen) == 1) for vehicle in chosen}
     for file in files.values():
         may_write(file, force=arguments.force)
-    written = {vehicle: _written(vehicle, draft, arguments, wanted) for vehicle, draft in chosen.items()}
+    written = {vehicle: _written(vehicle, draft, arguments, target_format) for vehicle, draft in chosen.items()}
     for vehicle, each in written.items():
         put(files[vehicle], each.data, force=arguments.force)
         tell(each, f"vehicle {vehicle}: ")
-        sys.stdout.write(f"vehicle {vehicle}: {clean(str(files[vehicle]), MAX_CELLS)} written: {wanted.text}\n")
+        sys.stdout.write(f"vehicle {vehicle}: {clean(str(files[vehicle]), MAX_CELLS)} written: {target_format.text}\n")
     return FAILED if any(each.left_out for each in written.values()) else OK
 
 
@@ -56,9 +56,9 @@ def _chosen(vehicle: int | None, data: bytes, source: Path) -> dict[int, Vehicle
     return {vehicle: draft.of(vehicle)}
 
 
-def _written(vehicle: int, draft: VehicleDraft, arguments: argparse.Namespace, wanted: Format) -> Written:
+def _written(vehicle: int, draft: VehicleDraft, arguments: argparse.Namespace, target_format: Format) -> Written:
     mission, fence, rally = (draft.plan(kind) if draft.items(kind) else None for kind in PlanKind)
     try:
-        return convert(Content(mission, fence, rally), wanted, options_for(arguments, f"vehicle {vehicle}"))
+        return convert(Content(mission, fence, rally), target_format, options_for(arguments, f"vehicle {vehicle}"))
     except FormatError as error:
         raise CommandError(f"vehicle {vehicle}: {clean(str(error), MAX_CELLS)}; nothing is written") from None

@@ -18,14 +18,14 @@ MAX_CELLS = 300
 SCENARIO = ".toml"
 
 
-def tell(written: "Written", who: str = "") -> None:
+def tell(written: "Written", name: str = "") -> None:
     """Print what was noted and what was lost, a line each."""
     from tui_gcs.core.base.text import clean
 
     for note in written.notes:
-        sys.stdout.write(f"{who}note: {clean(note, MAX_CELLS)}\n")
+        sys.stdout.write(f"{name}note: {clean(note, MAX_CELLS)}\n")
     for lost in written.left_out:
-        sys.stdout.write(f"{who}left out: {clean(lost, MAX_CELLS)}\n")
+        sys.stdout.write(f"{name}left out: {clean(lost, MAX_CELLS)}\n")
 
 
 def missions_in(path: Path) -> bytes | None:

@@ -38,7 +38,7 @@ def add(commands: Commands) -> None:
     check.add_argument(
         "--autopilot",
         choices=("ardupilot", "px4"),
-        help="who is to fly it (default: as a .plan says; --preview: ardupilot)",
+        help="the autopilot that is to fly it (default: as in a .plan; --preview: ardupilot)",
     )
     _common(check)
     check.add_argument("--scenario", metavar="SCENARIO.toml", help="judge a plan by its operating area, too")

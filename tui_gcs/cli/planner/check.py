@@ -140,9 +140,9 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
             child.wait()
             os.close(reader)
         errors.seek(0)
-        told = errors.read().decode(errors="replace")
+        error_text = errors.read().decode(errors="replace")
     if hung or code or not ended:  # code 0 before all was checked: the planner ended it
-        yield _death(what, told, code, hung_s=lines.silent_s if hung else None)
+        yield _death(what, error_text, code, hung_s=lines.silent_s if hung else None)
 
 
 class _ChildLines:
@@ -187,23 +187,23 @@ class _ChildLines:
     def _computes(self) -> bool:
         """Return whether it was given too little of the processor to be called silent."""
         command = ["ps", "-o", "state=,time=", "-p", str(self._pid)]
-        told = subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
-        if len(told) != 2 or not told[0].startswith("R"):
+        columns = subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
+        if len(columns) != 2 or not columns[0].startswith("R"):
             return False
         seconds = 0.0
-        for part in re.split("[-:]", told[1]):  # [[days-]hours:]minutes:seconds; nobody computes for days here
+        for part in re.split("[-:]", columns[1]):  # [[days-]hours:]minutes:seconds; nobody computes for days here
             seconds = 60.0 * seconds + float(part)
         return seconds - self._cpu_s < self.silent_s * CPU_SHARE
 
 
-def _death(what: str, told: str, code: int, *, hung_s: float | None) -> Line:
+def _death(what: str, error_text: str, code: int, *, hung_s: float | None) -> Line:
     """Return how the process ended, and in which line of the planner's file, as far as it is known.
 
     With `hung_s` the process was killed after so many seconds without a sign of life.
     """
     name = Path(what).name
     place = rf'File "[^"]*{re.escape(name)}", line (\d+) in (\w+|<module>)'
-    places = re.findall(place, told) if what.endswith(".py") else []
+    places = re.findall(place, error_text) if what.endswith(".py") else []
     where = f" at {name}:{places[0][0]} in {places[0][1]}".removesuffix(" in <module>") if places else ""
     if hung_s == LOADING_SILENT_S:
         text = f"does not finish loading within {hung_s:g} s{where}"
@@ -214,7 +214,7 @@ def _death(what: str, told: str, code: int, *, hung_s: float | None) -> Line:
     if code < 0:
         text = f"the process died of {signal.Signals(-code).name}{where}"
         return {"died": text, "advice": "it crashes in native code, or runs out of memory"}
-    last = told.strip().rpartition("\n")[2]
+    last = error_text.strip().rpartition("\n")[2]
     return {
         "died": f"the process ended with code {code}{where}: {last}",
         "advice": "a planner must not end its process",

@@ -87,10 +87,10 @@ class MonitoredFlight:
         if scripted:
             self.script.tick()
 
-    def told(self, since: int = 0) -> str:
+    def reported(self, since: int = 0) -> str:
         """Return the first event about the planner after number `since`; "" if there is none."""
-        said = [e.text for e in self.events[since:] if e.cls is EventClass.PLANNER and e.severity <= WARNING]
-        return said[0] if said else ""
+        texts = [e.text for e in self.events[since:] if e.cls is EventClass.PLANNER and e.severity <= WARNING]
+        return texts[0] if texts else ""
 
 
 WARNING = 4
@@ -128,21 +128,21 @@ def shipped(subject: CheckedPlanner) -> Iterator[Finding]:
         watched.flight.close()
     result = watched.script.referee.result()
     if watched.script.problem:
-        yield failed(watched.script.problem, f"the station said: {watched.told() or 'nothing of the planner'}")
+        yield failed(watched.script.problem, f"the station reported: {watched.reported() or 'nothing of the planner'}")
     for check in result.checks:
-        yield _judged(check, watched.told())
+        yield _judged(check, watched.reported())
     whys = [measure.why_not_measured() for measure in watched.script.referee.measures]
     yield from _idleness(result, whys)
 
 
-def _judged(check: ResultCheck, told: str) -> Finding:
+def _judged(check: ResultCheck, reported: str) -> Finding:
     value = "--" if check.value is None else f"{check.value:g}"
     limit = "--" if check.limit is None else f"{check.limit:g}"
     text = f"{check.name}: {value} (limit {limit})"
     if check.ok:
         return passed(text)
     advice = ADVICE.get(check.name, "")
-    return failed(text, ": ".join(filter(None, (advice or check.why or GATE_ADVICE, told if advice else ""))))
+    return failed(text, ": ".join(filter(None, (advice or check.why or GATE_ADVICE, reported if advice else ""))))
 
 
 def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:
@@ -240,7 +240,7 @@ def protection(subject: CheckedPlanner) -> Iterator[Finding]:
             watched.tick()
         _run(watched, 15.0)
         if watched.script.done or not _flying(watched):
-            yield failed(f"it does not come to fly: {watched.script.problem or watched.told()}", "see flight")
+            yield failed(f"it does not come to fly: {watched.script.problem or watched.reported()}", "see flight")
             return
         yield _exception(watched, switch)
         yield _silence(watched, switch)
@@ -272,10 +272,10 @@ def _resume(watched: MonitoredFlight) -> None:
 def _exception(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     since, switch.raises = len(watched.events), 1
     _run(watched, 5.0)
-    flying, told = _flying(watched), watched.told(since)
-    if flying == 4 and told:
-        return passed(f"an exception in step: told ({_short(told)}), restarted once, all fly on")
-    return failed(f"an exception in step: {flying} of 4 fly on, told: {told or 'nothing'}", RESTART_ADVICE)
+    flying, reported = _flying(watched), watched.reported(since)
+    if flying == 4 and reported:
+        return passed(f"an exception in step: reported ({_short(reported)}), restarted once, all fly on")
+    return failed(f"an exception in step: {flying} of 4 fly on, reported: {reported or 'nothing'}", RESTART_ADVICE)
 
 
 RESTART_ADVICE = "snapshot() and restore() must let a new planner go on where the failed one was"
@@ -284,14 +284,13 @@ RESTART_ADVICE = "snapshot() and restore() must let a new planner go on where th
 def _silence(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     since, switch.hangs = len(watched.events), True
     took_s = _run(watched, 10.0, lambda: _flying(watched) == 0)
-    told, held = watched.told(since), _flying(watched) == 0
+    reported, held = watched.reported(since), _flying(watched) == 0
     switch.hangs = False
     _resume(watched)
-    if held and told and _flying(watched) == 4:
-        return passed(f"a hang: all hold after {took_s:.1f} s, told ({_short(told)}), fly on after resume")
-    text = (
-        f"a hang: {'all hold' if held else 'NOT all hold'}, told: {told or 'nothing'}; {_flying(watched)} of 4 fly on"
-    )
+    if held and reported and _flying(watched) == 4:
+        return passed(f"a hang: all hold after {took_s:.1f} s, reported ({_short(reported)}), fly on after resume")
+    holds = "all hold" if held else "NOT all hold"
+    text = f"a hang: {holds}, reported: {reported or 'nothing'}; {_flying(watched)} of 4 fly on"
     return failed(text, "after a hold it must plan again from where vehicles are")
 
 
@@ -300,12 +299,13 @@ def _nonsense(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     switch.garbage = True
     _run(watched, 12.0)
     switch.garbage = False
-    vetoes, told = _vetoes(watched) - before, watched.told(since)
+    vetoes, reported = _vetoes(watched) - before, watched.reported(since)
     checks = {c.name: c for c in watched.script.referee.result().checks}
     bad = [checks[name] for name in ("separation, x limit", "outside operating area, m") if not checks[name].ok]
-    if vetoes and told and not bad:
-        return passed(f"garbage intents for 12 s: {vetoes} vetoes, told ({_short(told)}), nobody outside or close")
-    text = "; ".join(f"{c.name} {c.value}" for c in bad) or f"{vetoes} vetoes, told: {told or 'nothing'}"
+    if vetoes and reported and not bad:
+        text = f"{vetoes} vetoes, reported ({_short(reported)}), no vehicle outside or close"
+        return passed(f"garbage intents for 12 s: {text}")
+    text = "; ".join(f"{c.name} {c.value}" for c in bad) or f"{vetoes} vetoes, reported: {reported or 'nothing'}"
     return failed(f"garbage intents for 12 s: {text}", "this is the station's fault, not the planner's: report it")
 
 

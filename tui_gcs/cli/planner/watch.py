@@ -16,9 +16,9 @@ def run(arguments: argparse.Namespace) -> int:
     need_terminal()
     from tui_gcs.cli.console import attach, preferences
 
-    wanted = preferences(arguments.overlay)
+    options = preferences(arguments.overlay)
     start(arguments)
-    return attach(RunKind.SIM, wanted)
+    return attach(RunKind.SIM, options)
 
 
 def start(arguments: argparse.Namespace) -> None:

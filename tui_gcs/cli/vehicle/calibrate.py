@@ -89,7 +89,7 @@ def _confirm(station: StationClient, ids: Ids) -> list[VehicleOutcome]:
     for vehicle in ids:
         info = waiting.get(vehicle)
         if info is None:
-            ended.append(VehicleOutcome(vehicle, False, "it does not wait for anybody"))
+            ended.append(VehicleOutcome(vehicle, False, "no task of it waits for a confirmation"))
         else:
             reply = station.ask(ConfirmStep(info.number))
             ended.append(

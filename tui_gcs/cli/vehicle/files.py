@@ -124,8 +124,8 @@ def _fetch(station: StationClient, arguments: argparse.Namespace, request: Downl
     return tell(ended, as_json=arguments.json)
 
 
-def _copy(kept: Path, wanted: Path, one: VehicleOutcome) -> None:
-    target = wanted / kept.name if wanted.is_dir() else wanted
+def _copy(kept: Path, target: Path, one: VehicleOutcome) -> None:
+    target = target / kept.name if target.is_dir() else target
     try:
         shutil.copyfile(kept, target)
     except OSError as error:

@@ -129,7 +129,7 @@ def _set(station: StationClient, one: ParameterDifference) -> VehicleOutcome:
         done += len(ended.result.params) if not ended.ok else len(values)
         remark = remark or (ended.text if ended.ok else "")
         if not ended.ok:
-            bad.append(ended.text.removesuffix(f": {MEANT}") or "no reason was told")
+            bad.append(ended.text.removesuffix(f": {MEANT}") or "no reason was given")
             if not ended.result.params:
                 break  # it does not take any: in the air, or silent
     text = f"{done} of {counted(len(one.wanted), 'parameter')} set"

@@ -60,7 +60,7 @@ def add(commands: Commands) -> None:
     _add_setup(actions)
     _add_carry(actions)
     _leaf(actions, "tasks", "what was asked of vehicles, and how far it is")
-    cancel = _leaf(actions, "cancel", "end a task, whoever began it")
+    cancel = _leaf(actions, "cancel", "end a task, another console's too")
     cancel.add_argument("task", type=int, metavar="N")
 
 
@@ -95,7 +95,7 @@ def _actions(parser: argparse.ArgumentParser, dest: str) -> Commands:
 def _add_looks(actions: Commands) -> None:
     _leaf(actions, "show", "one vehicle: identity, health, failsafes, links", ids=True)
     _leaf(actions, "failsafes", "what it does by itself when something is lost, read from it now", ids=True)
-    events = _leaf(actions, "events", "what it said, what happened to it, what was ordered", ids=True)
+    events = _leaf(actions, "events", "its messages, what happened to it, what was ordered", ids=True)
     events.add_argument("--last", type=int, default=30, metavar="N", help="so many (default 30)")
     events.add_argument("--follow", action="store_true", help="and go on with what comes")
 
@@ -104,10 +104,10 @@ def _add_params(actions: Commands) -> None:
     acts = _group(actions, "params", "parameters: get, set, list, save, load, diff")
     get = _leaf(acts, "get", "ask for some by name", ids=True)
     get.add_argument("names", nargs="+", metavar="NAME")
-    put = _leaf(acts, "set", "set one; done when the vehicle says it holds it", ids=True, destructive=True)
+    put = _leaf(acts, "set", "set one; done when the vehicle confirms the value", ids=True, destructive=True)
     put.add_argument("name", metavar="NAME")
     put.add_argument("value", metavar="VALUE")
-    put.add_argument("--beyond-range", action="store_true", help="though its own description says it is out of range")
+    put.add_argument("--beyond-range", action="store_true", help="also a value outside of the range in its description")
     listing = _leaf(acts, "list", "what is known, or all", ids=True)
     listing.add_argument("pattern", nargs="?", default="*", metavar="PATTERN", help="e.g. 'FS_*' or BATT")
     listing.add_argument("--fetch", action="store_true", help="ask the vehicle for all of them")
@@ -179,7 +179,7 @@ def _add_acts(actions: Commands) -> None:
 def _add_setup(actions: Commands) -> None:
     calibrate = _leaf(actions, "calibrate", "sensors and transmitter, led step by step", ids=True, destructive=True)
     words = ("gyro", "level", "accel", "simple-accel", "compass", "baro", "airspeed", "rc", "next", "cancel")
-    text = "without: what it has. next: as Enter, for scripts. cancel: whoever began it"
+    text = "without: what it has. next: as Enter, for scripts. cancel: another console's too"
     calibrate.add_argument("sensor", nargs="?", choices=words, metavar="SENSOR|next|cancel", help=text)
     calibrate.add_argument("--undo", action="store_true", help="rc: set back what the last one wrote")
     tune = _leaf(actions, "tune", "gains by group; what they were is kept", ids=True, destructive=True)

@@ -68,23 +68,23 @@ def _payloads(station: StationClient, ids: tuple[int, ...], kind: str, *, as_jso
         reply,
         ids,
         lambda vehicle: [f"{vehicle:>4} {_payload(row)}" for row in rows if row.vehicle == vehicle],
-        f"no {kind} was heard; its autopilot may have one that tells nothing",
+        f"no {kind} was heard; its autopilot may have one that reports nothing",
     )
     return tell_reply(reply, rows, lines, as_json=as_json)
 
 
 def _payload(row: PayloadRow) -> str:
-    who = f"{row.kind} (component {row.component}) {row.name}".rstrip()
+    device = f"{row.kind} (component {row.component}) {row.name}".rstrip()
     if row.kind == "camera":
-        return f"{who}: {row.images} pictures"
-    owner = {None: "control not known", 0: "controlled by nobody"}.get(
+        return f"{device}: {row.images} pictures"
+    owner = {None: "control not known", 0: "controlled by no system"}.get(
         row.controlled_by, f"controlled by system {row.controlled_by}"
     )
     if row.angles_deg is None:
-        return f"{who}: {owner}"
+        return f"{device}: {owner}"
     roll, pitch, yaw = row.angles_deg
     turned = f"roll {roll:.0f}, pitch {pitch:.0f}, yaw {yaw:.0f} from {'north' if row.to_north else 'the nose'}"
-    return f"{who}: {turned}, {row.age_s:.0f} s ago; {owner}"
+    return f"{device}: {turned}, {row.age_s:.0f} s ago; {owner}"
 
 
 def run_roi(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -104,10 +104,10 @@ def run_roi(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def run_traffic(station: StationClient, arguments: argparse.Namespace) -> int:
     """Print aircraft that were received lately; the vehicles that are named are asked first."""
-    asked = station.carry_out(HearTraffic(vehicle_ids(arguments.ids))) if arguments.ids else []
+    outcomes = station.carry_out(HearTraffic(vehicle_ids(arguments.ids))) if arguments.ids else []
     rows = station.ask(GetTraffic()).traffic
     new_at = 0
-    for look in range(HEAR_LOOKS if asked else 0):
+    for look in range(HEAR_LOOKS if outcomes else 0):
         station.pause()
         before, rows = len(rows), station.ask(GetTraffic()).traffic
         new_at = look if len(rows) > before else new_at
@@ -120,8 +120,8 @@ def run_traffic(station: StationClient, arguments: argparse.Namespace) -> int:
             say(_traffic(row))
         if not rows:
             say("no aircraft was heard within the last minute")
-        tell_failed([one for one in asked if not one.ok])
-    return exit_code(asked) if asked else OK
+        tell_failed([one for one in outcomes if not one.ok])
+    return exit_code(outcomes) if outcomes else OK
 
 
 def _traffic(row: TrafficRow) -> str:
@@ -154,8 +154,8 @@ def run_remote_id(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def _remote_id(whose: str, row: RemoteIdRow) -> list[str]:
-    arm = {True: "ready to arm", None: "says nothing of arming"}.get(
-        row.may_arm, f"NOT READY TO ARM: {row.arm_error or 'no reason told'}"
+    arm = {True: "ready to arm", None: "does not report whether it may arm"}.get(
+        row.may_arm, f"NOT READY TO ARM: {row.arm_error or 'no reason given'}"
     )
     source = "its autopilot" if row.component == 1 else f"component {row.component}"
     height = f", {row.alt_m:.0f} m above the ellipsoid" if math.isfinite(row.alt_m) else ""
@@ -166,7 +166,7 @@ def _remote_id(whose: str, row: RemoteIdRow) -> list[str]:
         "at": _degrees(row.lat_deg, row.lon_deg, height),
         "operator at": _degrees(row.operator_lat_deg, row.operator_lon_deg),
     }
-    lines = [f"{whose}: {arm}; told by {source} {row.age_s:.0f} s ago"]
+    lines = [f"{whose}: {arm}; reported by {source} {row.age_s:.0f} s ago"]
     lines += [f"  {word:<12} {value}" for word, value in values.items() if value]
     return lines if row.uas_id else [*lines, "  id           NONE: it does not say who it is"]
 

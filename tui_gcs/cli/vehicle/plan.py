@@ -72,7 +72,7 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
             say(f"{arguments.file}: {note}")
     told = warnings(station, ids, plans, may_meet=arguments.meet)
     act = f"replace the {' and the '.join(plan.kind.word for plan in plans)} of {listed(ids)}"
-    act += " also while it is flown" * arguments.in_flight + " all the same" * bool(told)
+    act += " also while it is flown" * arguments.in_flight + " all the same" * bool(warned)
     if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     ended: list[VehicleOutcome] = []
@@ -83,7 +83,7 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
         done = station.carry_out(UploadPlan(left, plan.kind.word, plan_rows(plan), in_flight=arguments.in_flight))
         if len(plans) > 1:
             for one in done:
-                one.text = f"{plan.kind.word}: {one.text or ('done' if one.ok else 'no reason was told')}"
+                one.text = f"{plan.kind.word}: {one.text or ('done' if one.ok else 'no reason was given')}"
         ended += done
     return tell(ended, as_json=arguments.json)
 
@@ -142,10 +142,10 @@ def _download(station: StationClient, arguments: argparse.Namespace) -> int:
         raise CommandError(f"{arguments.file}: {error}") from None
     if not write_here(Path(arguments.file), written.data, yes=arguments.yes):
         return FAILED
-    told = " and ".join(f"{kind.word} of {len(plan.items)} items" for kind, plan in plans.items())
+    counts = " and ".join(f"{kind.word} of {len(plan.items)} items" for kind, plan in plans.items())
     lost = "".join(f"; left out: {text}" for text in written.left_out)
     return tell(
-        [VehicleOutcome(vehicle, not lost, f"{told} written to {arguments.file}{lost}")], as_json=arguments.json
+        [VehicleOutcome(vehicle, not lost, f"{counts} written to {arguments.file}{lost}")], as_json=arguments.json
     )
 
 

@@ -102,10 +102,12 @@ def _finding_lines(
     by_kind = {PlanKind.FENCE: fence} | {plan.kind: plan.items for plan in plans}
     draft = VehicleDraft(*(by_kind.get(kind, ()) for kind in PlanKind))
     home_deg = info.home[:2] if info.home is not None else None
-    who = PlanTarget(dialect_called(info.autopilot), frame, home_deg)
+    target = PlanTarget(dialect_called(info.autopilot), frame, home_deg)
     amsl_m = info.home[2] if info.home is not None and math.isfinite(info.home[2]) else 0.0
     site = MissionSite(frame, current, autopilot=info.autopilot, home_deg=home_deg)
-    found = findings(draft, timed_path(draft.mission, HomePosition(who.start_m, amsl_m), frame, site.performance), site)
+    found = findings(
+        draft, timed_path(draft.mission, HomePosition(target.start_m, amsl_m), frame, site.performance), site
+    )
     sent = {plan.kind for plan in plans}
     wrong = next((each for each in found if each.level is FindingLevel.ERROR and each.kind in sent), None)
     if wrong is not None:
@@ -114,5 +116,5 @@ def _finding_lines(
         yield "not judged by an operating area: the station did not tell its scenario"
     if home_deg is None:
         yield "its home is not known: the way is reckoned from the scenario's origin"
-    both: list[MissionFinding] = [*found, *autopilot_findings(draft, who)]
+    both: list[MissionFinding] = [*found, *autopilot_findings(draft, target)]
     yield from (str(each) for each in both if each.level > FindingLevel.NOTE and each.kind in sent)

@@ -213,11 +213,11 @@ def confirmed(act: str, *, yes: bool, vehicles: int = 1) -> bool:
     if not sys.stdin.isatty():
         raise CommandError(f"{act}: say --yes, or answer on a terminal")
     # A habitual "y" must not confirm for a whole fleet: the number has to be read to be typed (docs/threats.md D.1).
-    wanted = ("y", "yes") if vehicles == 1 else (str(vehicles),)
+    accepted = ("y", "yes") if vehicles == 1 else (str(vehicles),)
     how = "[y/N]" if vehicles == 1 else f"type their number, {vehicles}:"
     sys.stdout.write(f"{clean(act, LINE_CELLS)}? {how} ")
     sys.stdout.flush()
-    if sys.stdin.readline().strip().lower() in wanted:
+    if sys.stdin.readline().strip().lower() in accepted:
         return True
     say("nothing was sent")
     return False
@@ -240,7 +240,7 @@ def tell(ended: Sequence[VehicleOutcome], *, as_json: bool) -> int:
     else:
         for one in ended:
             word = "" if one.ok or one.cancelled else "FAILED: "
-            say(f"vehicle {one.vehicle}: {word}{one.text or ('done' if one.ok else 'no reason was told')}")
+            say(f"vehicle {one.vehicle}: {word}{one.text or ('done' if one.ok else 'no reason was given')}")
     return exit_code(ended)
 
 

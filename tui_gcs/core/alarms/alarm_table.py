@@ -236,15 +236,15 @@ class AlarmTable:
                 shelved_until_s=min(item["shelved_until_s"], longest_s),
             )
 
-    def acknowledge(self, who: str, request: Acknowledge) -> Reply:
-        """Acknowledge for the principal `who`; members raised after the numbers in the request stay new."""
+    def acknowledge(self, principal: str, request: Acknowledge) -> Reply:
+        """Acknowledge for the principal `principal`; members raised after the numbers in the request stay new."""
         # A console acknowledges what it shows: a raising that came after its last status stays new.
         named = [m for m in self._named(request.raised) if not m.acknowledged]
         for member in named:
-            member.acknowledged, member.by = True, who
-        return self._answered("acknowledged: ", who, named, "nothing new of that")
+            member.acknowledged, member.by = True, principal
+        return self._answered("acknowledged: ", principal, named, "nothing new of that")
 
-    def shelve(self, who: str, request: Shelve) -> Reply:
+    def shelve(self, principal: str, request: Shelve) -> Reply:
         """Hide for a while the members that hold now; a vehicle that joins later is shown."""
         now = self._clock.now()
         named = [m for m in self._named(request.raised) if m.holds]
@@ -255,17 +255,17 @@ class AlarmTable:
                 text = f"{member.cause.title}: may be shelved for {most_min:g} min at most"
                 return Reply(ok=False, text=text)
         for member in named:
-            member.acknowledged, member.by = True, who
+            member.acknowledged, member.by = True, principal
             member.shelved_until_s = now + 60.0 * request.minutes
-        return self._answered(f"shelved for {request.minutes:g} min: ", who, named, "nothing of that is there")
+        return self._answered(f"shelved for {request.minutes:g} min: ", principal, named, "nothing of that is there")
 
-    def unshelve(self, who: str, request: Unshelve) -> Reply:
+    def unshelve(self, principal: str, request: Unshelve) -> Reply:
         """Show shelved members again, as new ones."""
         now = self._clock.now()
         named = [m for m in self._members.values() if m.cause.id in request.causes and m.shelved_until_s > now]
         for member in named:
             self._end_shelving(member)
-        return self._answered("unshelved: ", who, named, "nothing of that is shelved")
+        return self._answered("unshelved: ", principal, named, "nothing of that is shelved")
 
     def _end_shelvings(self, now: float) -> None:
         """Members whose time on the shelf has passed are new again."""
@@ -289,11 +289,11 @@ class AlarmTable:
             if member.state(now) is not None and member.raised <= raised.get(member.cause.id, 0)
         ]
 
-    def _answered(self, what: str, who: str, members: list[_Member], nothing: str) -> Reply:
+    def _answered(self, what: str, principal: str, members: list[_Member], nothing: str) -> Reply:
         if not members:
             return Reply(ok=False, text=nothing)
         self.changes += 1
-        return Reply(ok=True, text="; ".join(self._report(what, members, who)))
+        return Reply(ok=True, text="; ".join(self._report(what, members, principal)))
 
     def alarms(self) -> tuple[Alarm, ...]:
         """One alarm for each cause, a second one for its shelved members; the worst first."""
@@ -305,7 +305,7 @@ class AlarmTable:
                 groups.setdefault((member.cause.id, state == "shelved"), []).append(member)
         return tuple(sorted((_alarm(members, now) for members in groups.values()), key=_order))
 
-    def _report(self, what: str, members: list[_Member], who: str = "alarm") -> list[str]:
+    def _report(self, what: str, members: list[_Member], source: str = "alarm") -> list[str]:
         """Report one event for each cause of these members; returns the texts."""
         groups: dict[str, list[_Member]] = {}
         for member in members:
@@ -316,7 +316,7 @@ class AlarmTable:
             texts.append(text)
             if what or group[0].cause.id not in EVENT_CAUSES:  # those are events already
                 severity = SEVERITY[group[0].cause.level] if not what else INFO
-                self._events.report(EventClass.ALARM, who, text, severity)
+                self._events.report(EventClass.ALARM, source, text, severity)
         return texts
 
 
@@ -377,9 +377,9 @@ def _words(members: list[_Member]) -> str:
     """The text for the journal, the same as `Alarm.words`."""
     vehicles = _vehicles(members)
     names = sorted(member.subject for member in members if isinstance(member.subject, str))
-    who = ", ".join([*([vehicles_words(vehicles)] if vehicles else []), *names])
+    subject = ", ".join([*([vehicles_words(vehicles)] if vehicles else []), *names])
     newest = max(members, key=lambda member: member.raised)
-    return "  ".join(part for part in (f"{members[0].cause.title}: {who}", _details(members, newest)) if part)
+    return "  ".join(part for part in (f"{members[0].cause.title}: {subject}", _details(members, newest)) if part)
 
 
 def _order(alarm: Alarm) -> tuple[int, int, int, int]:

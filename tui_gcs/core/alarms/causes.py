@@ -263,7 +263,7 @@ CAUSES = (
     Cause("recording", CAUTION, "REC", "NOT RECORDING", "make room on the disk"),
     Cause("supervisor", CAUTION, "SUP", "NOT SUPERVISED", "not started again if it dies: land, then start it anew"),
     Cause("poor-link", CAUTION, "RF", "link poor", "turn antennas, keep near", on_s=5.0, off_s=10.0),
-    Cause("report", CAUTION, "MSG", "it says", "look at its messages: [show_journal] journal", off_s=0.0),
+    Cause("report", CAUTION, "MSG", "it reports", "look at its messages: [show_journal] journal", off_s=0.0),
     # advisories
     Cause("hold", ADVISORY, "HLD", "HOLD", "[resume] resume, or [return_all] return and land", off_s=0.0),
     Cause("forward", ADVISORY, "FWD", "not forwarded", "look at the other station", on_s=2.0),

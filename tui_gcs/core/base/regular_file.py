@@ -34,5 +34,5 @@ def check_writable(path: Path) -> None:
     """
     # Opening a pipe without a reader would block. /dev/stdout and /dev/fd/63 are open in this process already.
     if path.is_fifo() and path.parent.parts[:2] not in ((os.sep, "dev"), (os.sep, "proc")):
-        raise OSError(errno.EINVAL, "a pipe that nobody may read")
+        raise OSError(errno.EINVAL, "a pipe without a reader")
     os.close(os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC, 0o666))

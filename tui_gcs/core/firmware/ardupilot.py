@@ -19,7 +19,7 @@ from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.uplink.actions import MavCommand, RetryClass, VehicleAction
 
-AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
+AUTO, GUIDED, LAND, BRAKE = 3, 4, 9, 17
 """ArduCopter custom_mode."""
 COPTER_TYPES = frozenset({2, 3, 4, 13, 14, 15, 29, 35})
 """MAV_TYPE of what ArduCopter flies: quad-, coaxial, heli-, hexa-, octo-, tri-, dodeca-, decarotor."""

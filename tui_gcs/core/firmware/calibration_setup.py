@@ -137,7 +137,7 @@ _PX4 = {
     Sensor.GYRO: _texts(_preflight(1), _STILL, 60.0),
     Sensor.ACCEL: _texts(_preflight(0, 0, 0, 0, 1), _SIDES, 900.0),
     Sensor.LEVEL: _texts(_preflight(0, 0, 0, 0, 2), _LEVEL, 60.0, cancels=False),
-    Sensor.COMPASS: _texts(_preflight(0, 1), f"{_OUTSIDE}; the vehicle says which side and when to turn it", 900.0),
+    Sensor.COMPASS: _texts(_preflight(0, 1), f"{_OUTSIDE}; the vehicle reports which side and when to turn it", 900.0),
     Sensor.AIRSPEED: _texts(_preflight(0, 0, 0, 0, 0, 1), "keep the sensor out of the wind", 180.0),
 }
 _ALL = {AUTOPILOT_ARDUPILOT: _ARDUPILOT, AUTOPILOT_PX4: _PX4}

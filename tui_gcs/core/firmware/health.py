@@ -161,8 +161,8 @@ GLITCH_OVER = "Glitch cleared"
 def _reports_glitch(texts: Sequence[str]) -> bool:
     """Whether the newest text about GPS glitches reports one."""
     # ArduPilot sends "GPS Glitch or Compass error" (older: "GPS Glitch"), and `GLITCH_OVER` at its end.
-    told = [text for text in texts if text.startswith("GPS Glitch") or text == GLITCH_OVER]
-    return bool(told) and told[-1] != GLITCH_OVER
+    reports = [text for text in texts if text.startswith("GPS Glitch") or text == GLITCH_OVER]
+    return bool(reports) and reports[-1] != GLITCH_OVER
 
 
 def problems(vehicle: Vehicle, newest: Newest, checks: ArmingChecks, now: float) -> Iterator[HealthProblem]:
@@ -247,7 +247,7 @@ def _state(vehicle: Vehicle) -> Iterator[HealthProblem]:
         1: "still booting",
         2: "calibrating",
         5: "CRITICAL: one of its failsafes is active",
-        6: "EMERGENCY: it says that it is out of control",
+        6: "EMERGENCY: it reports that it is out of control",
         7: "switching off",
         8: "flight was terminated",
     }
@@ -350,8 +350,8 @@ def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[
                 hint = NO_OPERATOR_ID if text.startswith(REMOTE_ID_TEXTS) else ""
                 yield HealthProblem(text + hint, blocks=flown or "mode" not in text.lower())
     elif not flown:
-        wanted = mode_name(vehicle.autopilot, vehicle.type, flight_mode(vehicle))
-        yield HealthProblem(f"its checks are for {mode}; those for {wanted} are known in {wanted} only", blocks=False)
+        needed = mode_name(vehicle.autopilot, vehicle.type, flight_mode(vehicle))
+        yield HealthProblem(f"its checks are for {mode}; those for {needed} are known in {needed} only", blocks=False)
     status = newest(SYS_STATUS)
     if status is not None:
         present, enabled = status["onboard_control_sensors_present"], status["onboard_control_sensors_enabled"]

@@ -29,7 +29,7 @@ from tui_gcs.core.uplink.actions import FRAME_AMSL, MavCommand, Outcome, RetryCl
 from tui_gcs.core.uplink.commands import CommandService
 
 AUTO = 4
-TAKEOFF, HOLD, MISSION, RTL, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4, 5, 6))
+TAKEOFF, HOLD, MISSION, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4, 6))
 """custom_mode: main mode AUTO in bits 16-23, sub mode in bits 24-31."""
 CHANGE_MODE = 1.0
 """MAV_DO_REPOSITION_FLAGS_CHANGE_MODE; with any other bit PX4 answers UNSUPPORTED, without it, too."""

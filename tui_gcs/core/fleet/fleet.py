@@ -383,7 +383,7 @@ class VehicleRegistry:
             path.slots.clear()
             path.boot_clock = BootClock()
             self._place_again(path.source, vehicle.system)
-        text = f"its autopilot now speaks as component {slot.component}"
+        text = f"its autopilot now sends as component {slot.component}"
         self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
         for listener in self._on_component:
             listener(vehicle)

@@ -121,7 +121,7 @@ class TextAssembler:
         if key in self._open and index in self._open[key].chunks and self._open[key].chunks[index] != text:
             # The id is used again, for another text.
             del self._open[key]
-        if key not in self._open and sum(1 for who, _ in self._open if who == system) >= MAX_OPEN_TEXTS:
+        if key not in self._open and sum(1 for sender, _ in self._open if sender == system) >= MAX_OPEN_TEXTS:
             return text
         part = self._open.setdefault(key, _Open(fields["severity"], now))
         part.chunks[index] = text

@@ -93,7 +93,7 @@ class CourseMonitor:
         else:
             course.stopped_s = now if math.isnan(course.stopped_s) else course.stopped_s
             moves = now - course.stopped_s > BRAKES_S and speed_m_s > MOVES_M_S
-            return f"moves at {speed_m_s:.0f} m/s, was told to hold" if moves else ""
+            return f"moves at {speed_m_s:.0f} m/s, was ordered to hold" if moves else ""
         if isinstance(flight.course, PositionTarget):
             return self._goes_away(course, flight.course.point_m, vehicle.telemetry.position_m, speed_m_s)
         course.goal_m = None

@@ -84,7 +84,6 @@ class Executive:
         for vehicle_id in vehicles:
             flight = self._flights.by_id[vehicle_id]
             flight.enter(Phase.ARMING, now, ArmingStep.SET_MODE)
-            flight.touchdown_m = None
             vehicle = self._fleet.vehicles[vehicle_id]
             self._commands.submit(self._firmware.of(vehicle).prepare(vehicle, self._on_step))
 
@@ -526,10 +525,10 @@ class Executive:
 
     def _report_left(self, vehicle: Vehicle, what: str, now: float) -> None:
         mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-        said = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
+        reason = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
         stations = self._fleet.other_stations.words(vehicle, now)
-        text = f"left {what} (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
-        text += f"; {stations}" if stations and not said else ""
+        text = f"left {what} (now {mode}): taken out of the mission" + (f"; it reported: {reason}" if reason else "")
+        text += f"; {stations}" if stations and not reason else ""
         self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
 
     def _take_out(self, flight: Flight, vehicle: Vehicle, step: TakenOut | Lost, now: float) -> None:
@@ -561,7 +560,7 @@ class Executive:
         elif self.resume_found and steerable and not flight.stays:
             self._give_to_planner(flight, now)
             self.run = RunPhase.STARTING
-            text = "found in the air: goes on, as the scenario says"
+            text = "found in the air: goes on, as the scenario allows"
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
         elif before in (Phase.FLYING, Phase.TAKEOFF) and ready:
             flight.enter(Phase.FLYING, now)
@@ -598,7 +597,6 @@ class Executive:
 
     def _touch_down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         text, expected = landing_words(flight, vehicle)
-        flight.touchdown_m = vehicle.telemetry.position_m
         self._commands.cancel(vehicle.id)
         self._firmware.of(vehicle).release(vehicle)
         flight.enter(Phase.GROUND, now)

@@ -156,8 +156,6 @@ class Flight:
     """Its planner has it wait in the air where it is, in reserve."""
     vetoed: str = ""
     """Why the guard vetoed its newest set-point; empty if it passed."""
-    touchdown_m: Vec3 | None = None
-    """Where it disarmed after a landing."""
     last_goal_m: Vec3 | None = None
     """Where a vehicle that was taken out was flying to: without a link it goes on to there."""
     stays: str = ""

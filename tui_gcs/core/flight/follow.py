@@ -59,7 +59,7 @@ class FollowController:
         limits = self._manual.limits
         (x, y, z), (to_x, to_y, _) = vehicle.telemetry.position_m, leader.telemetry.position_m
         now = (x - to_x, y - to_y, z)
-        east, north, up = (own if math.isnan(asked) else asked for asked, own in zip(offset_m, now, strict=True))
+        east, north, up = (own if math.isnan(given) else given for given, own in zip(offset_m, now, strict=True))
         if not all(map(math.isfinite, (east, north, up))):
             return "the place is not finite"
         if math.hypot(east, north) < limits.separation_horizontal_m:

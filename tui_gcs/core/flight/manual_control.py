@@ -66,7 +66,7 @@ class ManualController:
             if home is None:
                 return "its home is not known"
             point_m = (home[0] + point_m[0], home[1] + point_m[1], point_m[2])
-        x, y, z = (own if math.isnan(asked) else asked for asked, own in zip(point_m, here, strict=True))
+        x, y, z = (own if math.isnan(given) else given for given, own in zip(point_m, here, strict=True))
         if not all(map(math.isfinite, (x, y, z))):
             return "the place is not finite"
         if z < MIN_HOVER_M:
@@ -158,7 +158,7 @@ class ManualController:
         flight = self._flights.get(vehicle.id)
         if flight is None:
             return NO_TEAM
-        flight.home_m, flight.touchdown_m = vehicle.telemetry.position_m, None
+        flight.home_m = vehicle.telemetry.position_m
         flight.enter(Phase.ARMING, self._clock.now(), ArmingStep.MANUAL)
         flight.manual_alt_m = alt_m
         return ""

@@ -59,8 +59,8 @@ def crews(scenario: Scenario, heard: Collection[int] = ()) -> dict[str, Crew]:
     """
     named = {vehicle for team in scenario.teams for vehicle in team.vehicles}
     free = sorted(set(heard) - named)
-    wanted = sum(team.count for team in scenario.teams)
-    more = islice((i for i in count(1) if i not in named and i not in free), max(0, wanted - len(free)))
+    counted = sum(team.count for team in scenario.teams)
+    more = islice((i for i in count(1) if i not in named and i not in free), max(0, counted - len(free)))
     team_of = teams_of(scenario, [*free, *more])
     places = places_of(scenario, sorted(team_of))
     found: dict[str, dict[int, TakeOffPlace]] = {team.name: {} for team in scenario.teams}

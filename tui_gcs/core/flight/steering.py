@@ -297,8 +297,8 @@ class Steering:
         text = f"guard veto, holding: {why}"
         # Places and amounts differ in every text of one veto: without them the events are merged.
         same = _PLACE.sub("", _AMOUNT.sub("", text))
-        who = f"vehicle {vehicle.id}"
-        self._events.report(EventClass.PLANNER, who, text, WARNING, every_s=5, same=same, seldom_s=VETO_REPEAT_S)
+        source = f"vehicle {vehicle.id}"
+        self._events.report(EventClass.PLANNER, source, text, WARNING, every_s=5, same=same, seldom_s=VETO_REPEAT_S)
 
 
 def sent_reference(flight: Flight, course: Course) -> Course | LeadCompensatedCourse:

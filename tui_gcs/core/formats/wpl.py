@@ -129,7 +129,7 @@ def _first_line(index: int, item: PlanItem, home: HomeLine) -> tuple[bool, str]:
         # QGroundControl writes missions of a PX4 without home.
         why_not = f"its frame is {item.frame}, and PX4 has no home in a mission"
     if home is HomeLine.NO or (home is not HomeLine.YES and why_not):
-        return False, f"its first line is an item: {why_not or 'as was said'} (--home-line yes: it is home)"
+        return False, f"its first line is an item: {why_not or 'as was asked for'} (--home-line yes: it is home)"
     in_frame = "" if is_amsl else f" in frame {item.frame}, as ArduPilot takes it"
     return True, f"its first line is home{in_frame}, and is no item (--home-line no: it is one)"
 

@@ -185,10 +185,10 @@ class Forwarder:
             self.dropped["unknown message id"] += 1
             return
         if frame.system == 0:
-            self._turn_away(foreign, "system id 0", "speaks with system id 0: not used")
+            self._turn_away(foreign, "system id 0", "uses system id 0: not used")
             return
         if self._vehicle(port, frame.system) is not None:
-            self._turn_away(foreign, "a vehicle's system id", "speaks with a vehicle's system id: not used")
+            self._turn_away(foreign, "a vehicle's system id", "uses a vehicle's system id: not used")
             return
         partner = port.partner(foreign.address, now)
         if partner is None:
@@ -345,8 +345,8 @@ class Forwarder:
         text = why if vehicle is None else f"vehicle {vehicle.id}: {why}"
         self._report(port, f"refused {reason}", f"{foreign.sender}: {message.name} refused: {text}", EVENT_GAP_S)
         fields = message.fields
-        asked = fields.get("command", fields.get("param_id", fields.get("seq", 0)))
-        request = (message.system, message.component, vehicle and vehicle.id, message.name, asked)
+        subject = fields.get("command", fields.get("param_id", fields.get("seq", 0)))
+        request = (message.system, message.component, vehicle and vehicle.id, message.name, subject)
         if not port.may_answer(request, ANSWER_GAP_S, now):
             return
         if vehicle is not None:

@@ -20,10 +20,10 @@ FLIGHT = ("RTL_", "WP", "LOIT_", "LAND_", "GUID_", "AUTO_", "MIS_", "MPC_XY_", "
 PROTECTED = (*IDENTITY, *LINKS, *OUTPUTS, *SAFETY, *FLIGHT)
 
 
-def parameter(asked: ForeignRequest) -> Ruling:
+def parameter(request: ForeignRequest) -> Ruling:
     """Check a parameter that is to be set. Raises `ForeignRefusal`."""
-    name = asked.fields["param_id"].upper()  # ArduPilot does not mind the case
-    if asked.vehicle.telemetry.armed:
+    name = request.fields["param_id"].upper()  # ArduPilot does not mind the case
+    if request.vehicle.telemetry.armed:
         # Tuning, speeds, estimators and failsafes all bear on what the guard predicts and on what the stops of this
         # station do, and no list of names would stay complete over firmware releases.
         raise ForeignRefusal(f"parameter {name}: it is armed, and this station relies on its parameters in flight")

@@ -188,10 +188,10 @@ class Script:
             return Reply(ok=False, text=str(error))
 
     def _wait(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
-        wanted = {v for team in status.teams for v in team.members}
-        rows = [row for row in frame.rows() if row.id in wanted]
+        members = {v for team in status.teams for v in team.members}
+        rows = [row for row in frame.rows() if row.id in members]
         ready = [r.id for r in rows if r.freshness is Freshness.OK and r.gps_fix >= 3]
-        missing = sorted(wanted - set(ready))
+        missing = sorted(members - set(ready))
         expected = self._scenario.vehicle_count
         # Asking costs the station the whole list of checks, so not in every tick.
         if len(ready) == expected and now - self._try_s >= TRY_AGAIN_S:

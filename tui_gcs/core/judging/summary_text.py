@@ -56,10 +56,10 @@ def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:
 
 
 def _details(system: SystemSummary, start_s: float, width: int) -> Iterator[str]:
-    who = " ".join(part for part in (system.autopilot, system.vehicle_type) if part)
+    kind = " ".join(part for part in (system.autopilot, system.vehicle_type) if part)
     components = ", ".join(str(number) for number in system.components)
     signed = f", {system.signed_frames} of {system.frames} frames signed" if system.signed_frames else ""
-    yield f"{system.kind} {system.system}: {who or 'no heartbeat'}, component {components}{signed}"
+    yield f"{system.kind} {system.system}: {kind or 'no heartbeat'}, component {components}{signed}"
     yield from _labelled("messages", [f"{name} {n}" for name, n in system.messages.items()], width)
     if system.kind == "vehicle" or system.extent:
         yield from _labelled("extent", _extent(system.extent), width)

@@ -91,7 +91,7 @@ class TcpLink(Link):
             return None
         # A loopback port without a listener, and the system picked the same port for our end.
         if itself:
-            self._failed("nobody listens there")
+            self._failed("nothing listens there")
             return None
         self._connecting, self.error = None, ""
         return TcpConnection(tcp, self._place.address, self, self._clock)

@@ -56,7 +56,7 @@ class UdpLink(Link):
                 break
             # An earlier send of udpout met no listener. Datagrams may wait behind this error.
             except ConnectionRefusedError:
-                self._trouble("nobody listens there (connection refused)")
+                self._trouble("nothing listens there (connection refused)")
             except OSError as error:
                 self._trouble(reason(error))
                 break
@@ -128,7 +128,7 @@ class UdpOutLink(UdpLink):
             try:
                 self.bytes_out += self._socket.send(data)
             except ConnectionRefusedError:  # an earlier datagram was refused; this one was not sent yet
-                self._trouble("nobody listens there (connection refused)")
+                self._trouble("nothing listens there (connection refused)")
                 self.bytes_out += self._socket.send(data)
         except OSError as error:
             self.send_refused += 1

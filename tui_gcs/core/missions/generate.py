@@ -86,9 +86,9 @@ def _surveys(
 ) -> list[Items]:
     if request.what != SURVEY:
         return []
-    asked = Survey(tuple(shape_m), request.spacing_m, request.angle_deg, request.turn_m, request.entry - 1)
+    survey = Survey(tuple(shape_m), request.spacing_m, request.angle_deg, request.turn_m, request.entry - 1)
     turn_s = performance.speed_m_s / performance.accel_m_s2
-    shares = split(lanes(asked), [member.home.place_m for member in members], performance.speed_m_s, turn_s)
+    shares = split(lanes(survey), [member.home.place_m for member in members], performance.speed_m_s, turn_s)
     return [
         build.lane_items(frame, share, height, request.photos_m) for share, height in zip(shares, heights, strict=True)
     ]

@@ -66,7 +66,7 @@ def unserved(scenario: Scenario, zone: Zone) -> list[ScenarioFinding]:
     """Find a zone to defend or attack that no team serves: a team was probably forgotten."""
     if zone.role is Role.NO_FLY or any(team.zone == zone.name for team in scenario.teams):
         return []
-    return [_caution(f"no team serves {zone.name}: nobody flies there")]
+    return [_caution(f"no team serves {zone.name}: no vehicle flies there")]
 
 
 def area_finding(current: Round) -> ScenarioFinding:

@@ -131,10 +131,10 @@ def course_of(intent: Intent, speed_m_s: float) -> PositionTarget | Trajectory |
     if intent.kind == "goto":
         if intent.position_m is None or not all(map(math.isfinite, intent.position_m)):
             return "goto without a finite position"
-        asked = speed_m_s if intent.speed_m_s is None else intent.speed_m_s
-        if not asked >= MIN_SPEED_M_S:
-            return f"goto with {asked:g} m/s: at least {MIN_SPEED_M_S:g}"
-        return PositionTarget(intent.position_m, min(asked, speed_m_s))
+        speed = speed_m_s if intent.speed_m_s is None else intent.speed_m_s
+        if not speed >= MIN_SPEED_M_S:
+            return f"goto with {speed:g} m/s: at least {MIN_SPEED_M_S:g}"
+        return PositionTarget(intent.position_m, min(speed, speed_m_s))
     positions = np.array(intent.positions_m, dtype=float)
     velocities = np.array(intent.velocities_m_s, dtype=float)
     if positions.ndim != 2 or positions.shape[0] < 2 or positions.shape != velocities.shape or intent.dt_s <= 0:

@@ -161,8 +161,8 @@ class TrackingMonitor:
     def ignores(self, course: Course, vehicle: Vehicle, now: float) -> bool:
         """Whether it has been standing still for long although it was asked to move."""
         point, velocity = course.at(now)
-        asked = math.hypot(*velocity) > MIN_SPEED_M_S or math.dist(point, vehicle.telemetry.position_m) > ASKED_M
-        if not asked or not math.hypot(*vehicle.telemetry.velocity_m_s) < STILL_M_S:
+        should_move = math.hypot(*velocity) > MIN_SPEED_M_S or math.dist(point, vehicle.telemetry.position_m) > ASKED_M
+        if not should_move or not math.hypot(*vehicle.telemetry.velocity_m_s) < STILL_M_S:
             self.still_since_s = math.nan
         elif math.isnan(self.still_since_s):
             self.still_since_s = now

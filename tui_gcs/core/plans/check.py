@@ -183,12 +183,14 @@ def _circle(first: int, item: PlanItem) -> list[PlanProblem]:
 
 def _polygon(shape: FenceShape) -> list[PlanProblem]:
     points = [(item.lon_deg, item.lat_deg) for item in shape.items]
-    count, said = len(points), {item.params[0] for item in shape.items}
+    count, stated = len(points), {item.params[0] for item in shape.items}
     if count < 3:
         return [PlanProblem(shape.first, f"a polygon of {count} point{'s'[: count - 1]}: it needs 3")]
-    if said != {float(count)}:
+    if stated != {float(count)}:
         return [
-            PlanProblem(shape.first, f"its {count} points say that it has {', '.join(f'{n:g}' for n in sorted(said))}")
+            PlanProblem(
+                shape.first, f"its {count} points give as their number {', '.join(f'{n:g}' for n in sorted(stated))}"
+            )
         ]
     if max(abs(lat) for _, lat in points) > POLE_DEG:
         return [PlanProblem(shape.first, "the polygon reaches over a pole")]

@@ -150,9 +150,7 @@ class PreflightChecklist:
         if operator:
             return Check("sign-off", CheckState.OK, f"by {operator}, with the start")
         if self._signed is None:
-            return Check(
-                "sign-off", CheckState.FAIL, "nobody has signed", "sign this list, or the start, with your name"
-            )
+            return Check("sign-off", CheckState.FAIL, "not signed", "sign this list, or the start, with your name")
         name, revision = self._signed
         if revision != self._parts.active.revision:
             text = f"{name} has signed, but the scenario was changed since"
@@ -210,10 +208,10 @@ class PreflightChecklist:
                     principal, f"vehicle {vehicle} is armed by hand although {check.name}: {check.text}", WARNING
                 )
 
-    def _passed(self, vehicle: Vehicle, what: str, who: str) -> None:
+    def _passed(self, vehicle: Vehicle, what: str, operator: str) -> None:
         """Journal the same when another station arms the vehicle through the forwarder."""
         if what == "arm":
-            self.lifted(who, vehicle.id)
+            self.lifted(operator, vehicle.id)
 
     def acknowledge(self, principal: str, request: AcknowledgeCheck) -> Reply:
         """Accept a failsafe as it is, for all vehicles of which the same is true now."""

@@ -78,14 +78,7 @@ def run(run_file: Path) -> None:
     links = _open_links(setting["links"])
     forward = _open_endpoints(setting.get("forward", []))
     keys, stamps = _open_keys(kind)
-    # Zenoh calls back on its own threads; a byte in this pair wakes the `select` of the loop.
-    reader, writer = socket.socketpair()
-    reader.setblocking(False)
-    writer.setblocking(False)
-    try:
-        bus = QueuedBus(serve(socket_path(kind, run_dir)), lambda: _wake(writer))
-    except BusError as error:
-        raise StartError(str(error)) from None
+    bus, reader = _serve(socket_path(kind, run_dir))
     name = setting["run_name"]
     logs = state_dir(kind)
     recorder, journal = TlogWriter(logs / f"{name}.tlog"), Journal(logs / f"{name}.jsonl")
@@ -126,6 +119,22 @@ def run(run_file: Path) -> None:
         for link in (*links, *(endpoint.link for endpoint in forward)):
             link.close()
         bus.close()  # Zenoh may take its time; the process ends anyway
+
+
+def _serve(path: Path) -> tuple[QueuedBus, socket.socket]:
+    """Return the bus, served at `path`, and the socket that is readable when it has something to do.
+
+    Raises:
+        StartError: the bus cannot be served there.
+    """
+    # Zenoh calls back on its own threads; a byte in this pair wakes the `select` of the loop.
+    reader, writer = socket.socketpair()
+    reader.setblocking(False)
+    writer.setblocking(False)
+    try:
+        return QueuedBus(serve(path), lambda: _wake(writer)), reader
+    except BusError as error:
+        raise StartError(str(error)) from None
 
 
 def _write_start(journal: Journal, kind: RunKind, setting: dict[str, Any], files: list[PlannerInfo]) -> None:

@@ -59,8 +59,8 @@ class Alarm(Message, frozen=True):
 
     def words(self) -> str:
         """The title, the vehicles or names, and the details; without what to do."""
-        who = ", ".join([*([vehicles_words(self.vehicles)] if self.vehicles else []), *self.names])
-        what = f"{self.title}: {who}" if who else self.title
+        subject = ", ".join([*([vehicles_words(self.vehicles)] if self.vehicles else []), *self.names])
+        what = f"{self.title}: {subject}" if subject else self.title
         return f"{what}  {self.text}" if self.text else what
 
 

@@ -132,7 +132,7 @@ class MemoryBus:
                 on_question(key, payload, answers.append)
                 break
         if not answers:
-            raise BusError(f"nobody answers {key}")
+            raise BusError(f"nothing answers {key}")
         return answers[0]
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:

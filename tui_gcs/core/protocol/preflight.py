@@ -82,8 +82,8 @@ class Check(Message, frozen=True):
 
     def words(self) -> str:
         """The name, the vehicles and what was found."""
-        who = f" {self.who}" if self.who else ""
-        return f"{self.name}{who}: {self.text}"
+        operator = f" {self.who}" if self.who else ""
+        return f"{self.name}{operator}: {self.text}"
 
 
 class AcknowledgeCheck(Request, frozen=True, tag="acknowledge-check"):

@@ -139,17 +139,17 @@ class ZenohBus:
         def handle(query: Any) -> None:
             payload = query.payload.to_bytes() if query.payload is not None else b""
             until = query.attachment.to_bytes() if query.attachment is not None else b""
-            asked = str(query.key_expr)
+            key_asked = str(query.key_expr)
 
             def reply(data: bytes) -> None:
-                query.reply(asked, data)
+                query.reply(key_asked, data)
                 query.drop()
 
             def take() -> None:
                 if _is_over(until):  # who asked was told that nobody answers: it must not happen after that
                     query.drop()
                 else:
-                    on_question(asked, payload, reply)
+                    on_question(key_asked, payload, reply)
 
             self._deliver(take)
 

@@ -53,8 +53,8 @@ class BackOff:
         self._climb_s = CLIMB_S
         self._free_since_s = math.inf
 
-    def on_report(self, txbuf_pct: int, now: float, most: int, *, asked: bool) -> None:
-        """A report came. `most`: steps there are; `asked`: every vehicle was asked for the set of the last step."""
+    def on_report(self, txbuf_pct: int, now: float, most: int, *, requested: bool) -> None:
+        """A report came. `most`: steps there are; `requested`: every vehicle was asked for the set of the last step."""
         if txbuf_pct > 100:
             return
         self.steps = min(self.steps, most)
@@ -67,9 +67,9 @@ class BackOff:
         if txbuf_pct < NEARLY_FULL_PCT:
             # Below 20 % free it does not wait until every vehicle was asked for the set before.
             self._go_down(2, most, now)
-        elif txbuf_pct < FILLING_PCT and asked:
+        elif txbuf_pct < FILLING_PCT and requested:
             self._go_down(1, most, now)
-        elif self.steps and asked and now - self._free_since_s >= self._climb_s:
+        elif self.steps and requested and now - self._free_since_s >= self._climb_s:
             self.steps -= 1
             self._moved_s = self._climbed_s = self._free_since_s = now
 

@@ -99,7 +99,7 @@ class RateController:
         link_rates.radio = (now, fields)
         if link_rates.members and not link_rates.silent:
             steps = link_rates.lowest - link_rates.fit
-            link_rates.back_off.on_report(fields["txbuf"], now, steps, asked=self._all_asked(link_rates, now))
+            link_rates.back_off.on_report(fields["txbuf"], now, steps, requested=self._all_asked(link_rates, now))
             link_rates.plan(now)
 
     def radio(self, link: str) -> RadioReport | None:

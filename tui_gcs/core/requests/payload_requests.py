@@ -42,7 +42,7 @@ class PayloadRequests:
         }
 
     def _hear_traffic(self, vehicle: Vehicle, request: s.HearTraffic, task: Task) -> str:
-        self._services.traffic.listen(vehicle.id, _action_ended(task, "it tells what it hears"))
+        self._services.traffic.listen(vehicle.id, _action_ended(task, "it reports what it hears"))
         return ""
 
     def _ask_payloads(self, vehicle: Vehicle, request: s.AskPayloads, task: Task) -> str:
@@ -84,7 +84,7 @@ class PayloadRequests:
             amsl_m = place.amsl_m(self._firmware.home(vehicle))
         except PlaceError as error:
             return str(error)
-        text = f"told to look at {place.lat_deg:.7f} {place.lon_deg:.7f}, {amsl_m:.1f} m above the sea"
+        text = f"ordered to look at {place.lat_deg:.7f} {place.lon_deg:.7f}, {amsl_m:.1f} m above the sea"
         if not self._payload.devices.gimbals(vehicle):
             text += "; no gimbal was heard: its nose may turn there in flight, or nothing"
         self._payload.gimbal.look_at(vehicle, place.lat_deg, place.lon_deg, amsl_m, _ended(task, text))
@@ -114,8 +114,8 @@ def _unless_heard(what: str, heard: Callable[[], bool], done: Done) -> Done:
 
     def done_with_reason(outcome: Outcome, why: str) -> None:
         silent = outcome is not Outcome.CONFIRMED and not heard()
-        said = "" if silent and why == NONE_SUCH else why
-        done(outcome, ": ".join(part for part in (said, f"no {what} was heard" * silent) if part))
+        reason = "" if silent and why == NONE_SUCH else why
+        done(outcome, ": ".join(part for part in (reason, f"no {what} was heard" * silent) if part))
 
     return done_with_reason
 

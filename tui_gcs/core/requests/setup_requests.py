@@ -142,7 +142,7 @@ class SetupRequests:
             if len(ended) == len(wanted):
                 rows = tuple(self._gain_rows(vehicle.id, wanted))
                 missing = {name: why for one in ended for name, why in one.missing.items()}
-                task.end("" if rows else "it told none", result=TaskResult(gains=rows, missing=missing))
+                task.end("" if rows else "it reported none", result=TaskResult(gains=rows, missing=missing))
 
         for name in wanted:
             tuning.read(vehicle.id, name, done)
@@ -213,7 +213,7 @@ class SetupRequests:
     def _choose_airframe(self, vehicle: Vehicle, request: s.ChooseAirframe, task: Task) -> str:
         words = self._services.airframes.parameters(vehicle.id)
         if words is None:
-            return "its airframe cannot be told"
+            return "its airframe is not known"
         values = words.values(request.words)
         if isinstance(values, str):
             return values

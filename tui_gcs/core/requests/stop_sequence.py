@@ -42,18 +42,20 @@ class StopSequence:
         return stop_reply(what, request, results, newer)
 
 
-def stop_reply(what: str, asked: StopRequest, results: tuple[VehicleResult, ...], newer: tuple[int, ...] = ()) -> Reply:
+def stop_reply(
+    what: str, request: StopRequest, results: tuple[VehicleResult, ...], newer: tuple[int, ...] = ()
+) -> Reply:
     """The reply to a stop: ok if every vehicle concerned got it; each one that was named has a result.
 
     Those in `newer` obey a newer stop: they have no result.
     """
     answered = {result.vehicle for result in results}
-    left_out = [v for v in asked.vehicles if v not in answered and v not in newer]
+    left_out = [v for v in request.vehicles if v not in answered and v not in newer]
     results += tuple(VehicleResult(vehicle=v, ok=False, text="is not known or not in the air") for v in left_out)
     if not results:
-        return Reply(ok=False, text="all obey a newer stop" if newer else "nobody is in the air")
+        return Reply(ok=False, text="all obey a newer stop" if newer else "no vehicle is in the air")
     good = [r.vehicle for r in results if r.ok]
     whole = len(good) == len(results)
     share = "" if whole else f"{len(good)} of {len(results)}" + (": " if good else "")
-    who = vehicles_words(good) if good else ""
-    return Reply(ok=whole, text=f"{what}: {share}{who}", results=results)
+    confirmed = vehicles_words(good) if good else ""
+    return Reply(ok=whole, text=f"{what}: {share}{confirmed}", results=results)

@@ -23,7 +23,7 @@ def read_remote_id(table: Table, frame: LocalFrame | None) -> OperatorId | None:
     operator_id = _text(table, "operator_id", MAX_ID_CHARS)
     if _EU_WITH_SECRET.fullmatch(operator_id):
         table.wrong(
-            "operator_id", "its last three characters are secret", "leave them and their dash out: everybody hears it"
+            "operator_id", "its last three characters are secret", "leave them and their dash out: the id is broadcast"
         )
     place = table.pair("operator_deg") if table.has("operator_deg") else None
     if place is not None and (why := place_problem(place, frame)):

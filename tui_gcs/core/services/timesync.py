@@ -132,7 +132,7 @@ class LinkTimingService:
         if now < self._next_look_s:
             return
         self._next_look_s = now + LOOK_PERIOD_S
-        asked = 0
+        count = 0
         for vehicle in self._context.fleet.vehicles.values():
             record = self._records.setdefault(vehicle.id, _ClockRecord())
             if now < record.next_s or not self._may_ask(vehicle, now):
@@ -143,8 +143,8 @@ class LinkTimingService:
             ts1 = round(now * 1e9)
             record.asked[ts1] = now
             self._context.uplink.ask(vehicle.id, "TIMESYNC", tc1=0, ts1=ts1)
-            asked += 1
-            if asked >= MAX_AT_ONCE:
+            count += 1
+            if count >= MAX_AT_ONCE:
                 return
 
     def _may_ask(self, vehicle: Vehicle, now: float) -> bool:

@@ -106,7 +106,7 @@ class KeyStore:
             raise KeyStoreError(f"key name {key.name[:40]!r}: must be 1 to 32 of A-Z, a-z, 0-9, '.', '_' and '-'")
         # Anyone can sign with the zero key, and PX4 does so while signing is off.
         if key.secret == ZERO_KEY:
-            raise KeyStoreError(f"key {key.name}: all zero, which anybody can sign with; use another key")
+            raise KeyStoreError(f"key {key.name}: all zero, which is no secret; use another key")
         with self._changing():
             if key.name in self._keys:
                 raise KeyStoreError(f"there is a key named {key.name} already; remove it first or take another name")

@@ -89,5 +89,5 @@ def _check_owner(path: Path, info: os.stat_result, mode: int) -> None:
     if stat.S_IMODE(info.st_mode) & 0o077:
         raise KeyStoreError(
             f"{path}: open to others (mode {stat.S_IMODE(info.st_mode):04o}), its keys may be known to them; "
-            f"replace the keys, or if nobody has looked: chmod {mode:o} {path}"
+            f"replace the keys, or if nobody else has read them: chmod {mode:o} {path}"
         )

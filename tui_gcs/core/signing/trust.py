@@ -190,9 +190,9 @@ class SigningRegistry:
         self.dropped[f"{what}, though a key is set"] += 1
         keyed.unsigned_s = self._clock.now()
         if keyed.good_s > -math.inf:
-            text = "stopped signing, or somebody forges: unsigned frames are not believed"
+            text = "stopped signing, or its frames are forged: unsigned frames are not used"
         else:
-            text = "does not sign though we hold a key for it: nothing it sends is believed"
+            text = "does not sign though we hold a key for it: its frames are not used"
         self._events.report(EventClass.CONNECTION, name, text, ALERT, every_s=30)
         return False
 
@@ -200,11 +200,11 @@ class SigningRegistry:
         self.dropped[f"signature: {verdict.value}"] += 1
         if verdict is SignatureResult.BAD_SIGNATURE:
             keyed.bad_s = now
-            text = "frames signed with an unknown key: not believed"
+            text = "frames signed with an unknown key: not used"
         elif verdict is SignatureResult.AHEAD:
-            text = "its signing clock is more than 5 min ahead: that stream is not believed"
+            text = "its signing clock is more than 5 min ahead: that stream is not used"
         elif now - keyed.good_s > RECENT_REJECTION_S:
-            text = "its signing clock is behind: it is told the time, and not believed before"
+            text = "its signing clock is behind: the time is sent to it, its frames are not used before"
             self._events.report(EventClass.CONNECTION, name, text, NOTICE, every_s=30)
             return False
         else:

@@ -133,12 +133,12 @@ class ActiveScenario:
         self._assigned_for = heard
         if run is RunPhase.IDLE and math.isnan(executive.started_s):
             self._flight.flights.assign(self.scenario, list(heard))
-        asked = {
+        named = {
             name: controller
             for name, controller in self.team_controllers.items()
             if run is RunPhase.IDLE or not controller.planner.quarantined
         }
-        if changed := {name for name, controller in asked.items() if controller.is_changed(self.scenario, self.round)}:
+        if changed := {name for name, controller in named.items() if controller.is_changed(self.scenario, self.round)}:
             self.new_tasks(changed)
 
     def _make_team_controllers(self) -> None:

@@ -158,12 +158,12 @@ class AlarmFinder:
     def _height(self, vehicle: int) -> str:
         """How its height may be wrong; "" if nothing suggests that."""
         if off_m := self._parts.picture.altitude_monitor.off_m(vehicle):
-            return f"by its GPS it is {abs(off_m):.0f} m {'lower' if off_m > 0.0 else 'higher'} than it says"
+            return f"by its GPS it is {abs(off_m):.0f} m {'lower' if off_m > 0.0 else 'higher'} than it reports"
         up_m = self._parts.picture.jump_monitor.off(vehicle)[2]
         if abs(up_m) <= MIN_JUMP_M:
             return ""
         way, other = ("up", "lower") if up_m > 0.0 else ("down", "higher")
-        return f"it jumped {way} by {abs(up_m):.0f} m: it may be so much {other} than it says"
+        return f"it jumped {way} by {abs(up_m):.0f} m: it may be so much {other} than it reports"
 
     def _with_doubt(self, finding: AlarmFinding) -> AlarmFinding:
         if finding.cause in ("position", "height") and isinstance(finding.subject, int):

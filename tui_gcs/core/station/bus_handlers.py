@@ -52,10 +52,10 @@ class BusHandlers:
 
     def _on_ack(self, vehicle: Vehicle, fields: Fields) -> None:
         commands, now = self._comms.commands, self._parts.records.clock.now()
-        asked = (
+        awaited = (
             fields["command"] == CMD_REQUEST_MESSAGE and now - vehicle.identity.version_requested_s < IDENTITY_ANSWER_S
         )
-        if asked and not commands.pending(vehicle.id, "identify"):
+        if awaited and not commands.pending(vehicle.id, "identify"):
             return
         if fields.get("target_system", 0) in (0, self._own):
             commands.on_ack(vehicle, fields["command"], fields["result"])

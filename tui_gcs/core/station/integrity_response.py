@@ -66,7 +66,7 @@ class IntegrityResponse:
                 self._flight.executive.hold((vehicle,), stays=DOUBTED, asked=False)
 
     def _hold_jumped(self, vehicle: Vehicle, far_m: float) -> None:
-        text = f"its position jumped by {far_m:.0f} m: before or after that it is not where it says"
+        text = f"its position jumped by {far_m:.0f} m: before or after that it is not where it reports"
         if not self._picture.jump_monitor.off_m(vehicle.id):
             text = f"its position jumped back by {far_m:.0f} m"
         self._records.events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING)

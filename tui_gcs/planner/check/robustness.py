@@ -107,7 +107,7 @@ def _at_the_start(subject: CheckedPlanner) -> int:
         _set_states(world, dict.fromkeys(world.task.members, "held"))
 
     flight = _CheckedFlight(subject, 3, all_held)
-    flight.go(1.0, "nobody is active at the first step")
+    flight.go(1.0, "no vehicle is active at the first step")
     _set_states(flight.world, {1: "held", 2: "not in the frame"})
     flight.go(1.0, "the first joins")
     _set_states(flight.world, {})
@@ -188,7 +188,7 @@ def tracks(subject: CheckedPlanner) -> Iterator[Finding]:
         world.tracks = tuple(world.target(10 + k, (x + 40.0 * k, y)) for k in range(8))
         flight.go(3.0, "eight targets, the first right below a vehicle")
         _set_states(world, dict.fromkeys(flight.task.members, "held"))
-        flight.go(1.0, "targets, but nobody is active")
+        flight.go(1.0, "targets, but no vehicle is active")
         _set_states(world, {})
         world.tracks = ()
         flight.go(3.0, "all targets are gone")
@@ -263,7 +263,7 @@ def zones(subject: CheckedPlanner) -> Iterator[Finding]:
         except PlannerRefusal as why:
             yield noted(f"{what}: refused, as configure may: {why}")
         except PlannerFailure as why:
-            advice = "stay inside task.area, or raise ValueError in configure: the operator reads what it says"
+            advice = "stay inside task.area, or raise ValueError in configure: the operator reads its text"
             yield failed(f"{what}: {why}", advice)
             return
     try:

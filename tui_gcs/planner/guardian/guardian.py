@@ -149,7 +149,7 @@ class Guardian(Planner):
         Param("inside", int, 0, 0, 64, "", "vehicles on a tour inside the zone; at least one is on the ring"),
         Param("contact_m", float, 20.0, 2.0, 200.0, "m", "an intruder is met when a vehicle is so near"),
         Param("sees_m", float, 60.0, 5.0, 1000.0, "m", "range of the vehicles' sensors"),
-        Param("intruder_m_s", float, 5.0, 0.5, 40.0, "m/s", "speed of intruders that nobody has seen yet"),
+        Param("intruder_m_s", float, 5.0, 0.5, 40.0, "m/s", "speed of intruders that no vehicle has seen yet"),
     )
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:

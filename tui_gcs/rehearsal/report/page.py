@@ -197,7 +197,7 @@ def _heat(zone: ZoneRecord) -> str:
     steps = [(f"to {most_s * (i + 1) / len(SCALE):.0f} s", colour) for i, colour in enumerate(SCALE)]
     if np.isinf(zone.worst_s).any():  # how long the others were unseen was not measured either
         steps = [("seen", SCALE[0]), ("never seen", NEVER)]
-    ideal = f"ideal of {zone.serving} {zone.ideal_s:.1f} s" if zone.serving > 0 else "nobody flew"
+    ideal = f"ideal of {zone.serving} {zone.ideal_s:.1f} s" if zone.serving > 0 else "no vehicle flew"
     return f"<div><p>{escape(zone.zone.name)}, {ideal}</p>{picture}{legend(steps)}</div>"
 
 

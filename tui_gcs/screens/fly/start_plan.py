@@ -46,14 +46,14 @@ def start_plan(scenario: Scenario, status: StationStatus, frame: FleetFrame) -> 
     free = [vehicle for vehicle in sorted(heard) if vehicle not in taken]
     teams = []
     for team in scenario.teams:
-        wanted = team.vehicles or given.get(team.name, ())
-        if not wanted:
-            wanted, free = tuple(free[: team.count]), free[team.count :]
-        present = [vehicle for vehicle in wanted if vehicle in heard]
+        members = team.vehicles or given.get(team.name, ())
+        if not members:
+            members, free = tuple(free[: team.count]), free[team.count :]
+        present = [vehicle for vehicle in members if vehicle in heard]
         vehicles = tuple(vehicle for vehicle in present if vehicle not in status.not_ready)
         not_ready = tuple((vehicle, status.not_ready[vehicle]) for vehicle in present if vehicle in status.not_ready)
-        missing = tuple(vehicle for vehicle in wanted if vehicle not in heard)
-        missing += (0,) * (max(team.count, len(wanted)) - len(wanted))
+        missing = tuple(vehicle for vehicle in members if vehicle not in heard)
+        missing += (0,) * (max(team.count, len(members)) - len(members))
         role = _role(current, team.zone)
         teams.append(TeamStart(team.name, role, team.zone, team.planner, vehicles, not_ready, missing))
     return StartPlan(current.name if current is not None else "", tuple(teams))

@@ -82,10 +82,10 @@ class MissionTransfers:
         if why:
             self._feedback.report(f"nothing sent: {why}", Ink.CAUTION)
             return
-        asked = {vehicle for _, group in groups for vehicle in group}
+        vehicles = {vehicle for _, group in groups for vehicle in group}
         # The question names conflicts, so the comparison cannot wait for a pause here.
         self._editor.forecast.compare_paths()
-        warnings = {vehicle: self._warning(vehicle) for vehicle in asked}
+        warnings = {vehicle: self._warning(vehicle) for vehicle in vehicles}
         rows = rows_of(self._feed)
         armed = [row.id for row in rows.values() if row.armed]
         autopilots = {row.id: row.autopilot for row in rows.values()}
@@ -95,12 +95,12 @@ class MissionTransfers:
             warnings,
             armed,
             autopilots,
-            lambda: self._state_of(asked),
+            lambda: self._state_of(vehicles),
             self._glyphs,
             self._clock,
         )
         self._host.app.push_screen(dialog, lambda vehicles: self._send(vehicles, dialog.closed_by_itself))
-        show = partial(self._show_held, dialog, tuple(sorted(asked)))
+        show = partial(self._show_held, dialog, tuple(sorted(vehicles)))
         self._run(show, "on board", exclusive=True)
 
     def _run(self, job: WorkType[None], group: str, *, exclusive: bool = False) -> None:

@@ -33,9 +33,9 @@ def loud(checks: Sequence[Check]) -> tuple[Check, ...]:
 
 def check_line(check: Check, cells: int, mark: str = "") -> Line:
     """One check in one line; what does not fit is cut with an ellipsis."""
-    who = ids(check.vehicles)
-    who = who if len(who) <= VEHICLES_CELLS else f"{len(check.vehicles)} veh."
-    text = f"{mark}{TAGS[check.state]} {check.name:<{NAME_CELLS}} {who:<{VEHICLES_CELLS}} {check.text}"
+    vehicles = ids(check.vehicles)
+    vehicles = vehicles if len(vehicles) <= VEHICLES_CELLS else f"{len(check.vehicles)} veh."
+    text = f"{mark}{TAGS[check.state]} {check.name:<{NAME_CELLS}} {vehicles:<{VEHICLES_CELLS}} {check.text}"
     return [(text if len(text) <= cells else f"{text[: cells - 1]}…", INKS[check.state])]
 
 

@@ -86,7 +86,7 @@ def status_runs(
     planner = _planner(status, wide, glyphs)
     if planner:
         runs += [gap, *planner]
-    control = "you" if status.in_control == principal else status.in_control or "nobody"
+    control = "you" if status.in_control == principal else status.in_control or "none"
     runs += [gap, (f"control: {control}" if wide else f"ctl {control}", Ink.TEXT)]
     if status.scenario:  # its name gives way to facts
         over = max(0, sum(cell_len(text) for text, _ in runs) - width)

@@ -105,8 +105,8 @@ class DetailLines:
     def dense(self, width: int) -> list[Line]:
         """Five lines of 80 cells."""
         row = self._row
-        who = f"vehicle {row.id}  {row.team[:10]}  {row.autopilot}  "
-        first: Line = [(who, Ink.BOLD), (self._state(), INKS[level_now(row, self._alarms)])]
+        head = f"vehicle {row.id}  {row.team[:10]}  {row.autopilot}  "
+        first: Line = [(head, Ink.BOLD), (self._state(), INKS[level_now(row, self._alarms)])]
         if self._known:
             where: Line = [(f"{self._altitude()}   {self._speed()}  home {self._home()}", Ink.TEXT)]
             power: Line = [(f"bat {self._battery()}   gps {self._gps()}   ekf {self._estimator()}", Ink.TEXT)]

@@ -106,7 +106,7 @@ class MissionFile:
         editor = self._editor
         wanted, draft = format_of(path.name), editor.history.draft.of(editor.vehicle)
         if wanted is None or wanted.family not in (Family.PLAN, Family.DRAWING):
-            raise DraftFileError(f"{path.name}: its ending says no format of plans (.plan .waypoints .kml .geojson …)")
+            raise DraftFileError(f"{path.name}: its ending names no format of plans (.plan .waypoints .kml .geojson …)")
         mission, fence, rally = (draft.plan(kind) for kind in PlanKind)
         home = editor.forecast.vehicle(editor.vehicle).home
         lat_deg, lon_deg = editor.frame.to_geodetic(*home.place_m)

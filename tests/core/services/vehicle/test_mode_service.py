@@ -166,7 +166,7 @@ def test_unasked_and_impossible_lists_are_ignored(tmp_path: Path) -> None:
     modes = rig.station.services.modes
     say_mode(rig.peers[1], 1, 1, 4, 0, 0, "EVIL")
     rig.run(0.1)
-    assert modes.ignored["modes that nobody asked for"] == 1 and modes.name(rig.vehicle(), 4) == "GUIDED"
+    assert modes.ignored["modes not requested"] == 1 and modes.name(rig.vehicle(), 4) == "GUIDED"
     modes.want(rig.vehicle())
     for index in (0, 200, 255):
         say_mode(rig.peers[1], index, 255 if index else 7, 4, 0, 0, "EVIL")

@@ -142,7 +142,7 @@ def test_serial_data_that_was_not_requested_is_ignored(tmp_path: Path) -> None:
     )
     rig.run(0.1)
     assert shell.lines(1) == before
-    assert shell.ignored == {"serial data that nobody asked for": 2, "serial data for another station": 1}
+    assert shell.ignored == {"serial data not requested": 2, "serial data for another station": 1}
 
 
 def test_a_count_beyond_the_data_is_cut(tmp_path: Path) -> None:

@@ -198,7 +198,7 @@ class FtpDialogue:
     def _on_answer(self, packet: Packet) -> None:
         pending = self._pending
         if pending is None or not pending.op:
-            self.ignored["file answer nobody asked for"] += 1
+            self.ignored["file answer not requested"] += 1
         elif packet.seq != (pending.seq + 1) & 0xFFFF:
             self.ignored["file answer with an old or wrong number"] += 1
         elif packet.answers != pending.op:

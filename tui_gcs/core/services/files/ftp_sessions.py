@@ -90,7 +90,7 @@ class FtpSessions:
         if not self.context.is_for_us(fields):
             self.ignored["file answer for another station"] += 1
         elif dialogue is None:
-            self.ignored["file answer nobody asked for"] += 1
+            self.ignored["file answer not requested"] += 1
         else:
             dialogue.on_packet(bytes(fields["payload"]))
 

@@ -149,7 +149,7 @@ class LogDownloadJob(Job):
         """Take a LOG_DATA if it belongs to the requested window."""
         part, offset, count = self._part, fields["ofs"], fields["count"]
         if part is None or self.over or fields["id"] != self.entry.id:
-            self._channel.ignored["log data nobody asked for"] += 1
+            self._channel.ignored["log data not requested"] += 1
             return
         start, stop = self._window
         end = min(offset + min(count, FRAME_BYTES), stop)

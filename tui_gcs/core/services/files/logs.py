@@ -51,14 +51,14 @@ class LogService:
         elif isinstance(job, LogDownloadJob):
             job.on_entry(vehicle, fields, now)
         else:
-            self.ignored["log entry nobody asked for"] += 1
+            self.ignored["log entry not requested"] += 1
 
     def _on_data(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self.context.jobs.running(vehicle.id)
         if isinstance(job, LogDownloadJob):
             job.on_data(vehicle, fields, self.context.clock.now())
         else:
-            self.ignored["log data nobody asked for"] += 1
+            self.ignored["log data not requested"] += 1
 
 
 class LogListJob(Job):

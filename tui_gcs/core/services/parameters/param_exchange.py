@@ -69,14 +69,14 @@ class ParamReading:
         """Request what is due, and give up what was requested often enough."""
         at_once, gap_s = (SLOW_AT_ONCE, SLOW_GAP_S) if slow else (AT_ONCE, GAP_S)
         # A few at a time, as QGroundControl does (docs/autopilots.md C4).
-        for name, asked in list(self.open.items())[:at_once]:
-            if now < asked.due_s:
+        for name, pending in list(self.open.items())[:at_once]:
+            if now < pending.due_s:
                 continue
-            if asked.tries >= READ_TRIES:
+            if pending.tries >= READ_TRIES:
                 self.miss(name, UNKNOWN)
                 continue
-            asked.tries += 1
-            asked.due_s = now + gap_s
+            pending.tries += 1
+            pending.due_s = now + gap_s
             channel.ask_name(self.vehicle, name)
 
     def on_value(self, param: Parameter) -> None:

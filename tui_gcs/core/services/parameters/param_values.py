@@ -112,12 +112,12 @@ def _real(value: Number) -> float:
     return rounded
 
 
-def same(held: Number, asked: Number, kind: ParamType) -> bool:
+def same(held: Number, given: Number, kind: ParamType) -> bool:
     """Whether a vehicle holds the requested value, as far as the type can tell."""
     if kind in _WHOLE:
-        return held == asked
+        return held == given
     try:
-        return to_float32(held) == to_float32(asked)
+        return to_float32(held) == to_float32(given)
     except OverflowError:
         return False
 

@@ -119,8 +119,8 @@ class OperatorIdService:
             text = "Remote ID: NO PLACE of the operator is known: operator_deg in the scenario, or --operator-at"
             severity = WARNING
         else:
-            who = settings.operator_id or "(no id)"
-            text = f"Remote ID: operator {who} stands at {settings.lat_deg:.5f}, {settings.lon_deg:.5f}"
+            operator_id = settings.operator_id or "(no id)"
+            text = f"Remote ID: operator {operator_id} stands at {settings.lat_deg:.5f}, {settings.lon_deg:.5f}"
             severity = NOTICE
         self._context.events.report(EventClass.PROCESSING, "station", text, severity)
 

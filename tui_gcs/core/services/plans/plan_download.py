@@ -105,7 +105,7 @@ class DownloadDialogue:
         # A vehicle may announce 65535 items (docs/threats.md B.6-53).
         if count > MAX_ITEMS and not self._count_only:
             self._channel.end(CANCELLED)
-            self._fail(f"the vehicle says that it holds {count} items; at most {MAX_ITEMS} are read")
+            self._fail(f"the vehicle reports {count} items; at most {MAX_ITEMS} are read")
             return
         if self.count is None:
             self._measure(now)

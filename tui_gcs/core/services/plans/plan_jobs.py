@@ -360,14 +360,14 @@ class UploadJob(PlanJob):
                 self._succeed()
             return
         reasons = vehicle.reasons_since(self.begun_s)
-        said = [text for text in reasons if text.startswith(REJECTS)]
-        judgement = False if said or self._rejected else self._reported_judgement(vehicle, acked_s)
+        rejections = [text for text in reasons if text.startswith(REJECTS)]
+        judgement = False if rejections or self._rejected else self._reported_judgement(vehicle, acked_s)
         if judgement is False and now - acked_s < MIN_JUDGEMENT_S:
             return  # its other texts are on their way
         if judgement is False:
             silent = f"event 0x{self._rejected:08x}" if self._rejected else "it did not say why"
             before = self._held.rejected.get(self._opaque_id, silent)
-            why = "; ".join((said or reasons)[:3]) or before
+            why = "; ".join((rejections or reasons)[:3]) or before
             if self._opaque_id:
                 self._held.rejected[self._opaque_id] = why
             self.finish(f"accepted, but it cannot be flown: {why}")

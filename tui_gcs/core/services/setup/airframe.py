@@ -28,7 +28,7 @@ class AirframeService:
         """Read the present airframe; returns why not, if it cannot be tried."""
         parameters = self.parameters(vehicle_id)
         if parameters is None:
-            return "its airframe cannot be told"
+            return "its airframe is not known"
         return self._params.read(vehicle_id, [field.param for field in parameters.fields], on_done)
 
     def choose(
@@ -37,7 +37,7 @@ class AirframeService:
         """Change the airframe (parameter name -> number); returns why not, if it cannot be tried."""
         parameters, vehicle = self.parameters(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
         if parameters is None or vehicle is None:
-            return "its airframe cannot be told"
+            return "its airframe is not known"
         fields = {field.param: field for field in parameters.fields}
         if not values or not set(values) <= set(fields):
             return f"to be chosen: {', '.join(fields)}"

@@ -68,7 +68,7 @@ class PoseCalibration(CalibrationJob):
             self.result = "accelerometers calibrated"
             self.finish()
         elif self.pose and code == FAILED:
-            self.finish("the vehicle says that it failed: were all poses right, and still?")
+            self.finish("the vehicle reports a failure: were all poses right, and still?")
 
     def confirm(self, vehicle: Vehicle) -> str:
         """Report to the vehicle that it is in the requested pose."""

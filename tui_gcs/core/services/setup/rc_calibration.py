@@ -273,7 +273,7 @@ class RcCalibrationService:
             self._end(session, "it was armed meanwhile")
             return session.error
         if self._context.clock.now() - session.received_s > SILENT_S and session.step is not RcStep.WRITING:
-            return "the vehicle tells of no channels: is a receiver connected, and the transmitter on?"
+            return "the vehicle reports no channels: is a receiver connected, and the transmitter on?"
         session.confirmed_s = self._context.clock.now()
         why = session.confirm()
         if session.step is RcStep.WRITING and session.change is None:

@@ -159,7 +159,7 @@ class ModeService:
     def _available(self, vehicle: Vehicle, fields: Fields) -> None:
         offer = self._offers.get(vehicle.id)
         if offer is None:
-            self.ignored["modes that nobody asked for"] += 1
+            self.ignored["modes not requested"] += 1
             return
         index = fields["mode_index"]
         # A vehicle may claim any index.

@@ -86,6 +86,6 @@ class ControlService:
             return
         record.reported, record.reported_s = station, now
         ours = station == self._context.own_system
-        who = "we have" if ours else f"GCS {station} has" if station else "nobody has"
+        holder = "we have" if ours else f"GCS {station} has" if station else "no station has"
         severity = NOTICE if ours or not station else WARNING
-        self._context.events.report(EventClass.OPERATOR, f"vehicle {vehicle.id}", f"{who} control", severity)
+        self._context.events.report(EventClass.OPERATOR, f"vehicle {vehicle.id}", f"{holder} control", severity)

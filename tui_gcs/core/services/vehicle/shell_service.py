@@ -153,7 +153,7 @@ class ShellService:
     def _on_serial(self, vehicle: Vehicle, fields: Fields) -> None:
         session = self._sessions.get(vehicle.id)
         if session is None or fields["device"] != DEVICE or not fields["flags"] & REPLY:
-            self.ignored["serial data that nobody asked for"] += 1
+            self.ignored["serial data not requested"] += 1
             return
         if not self._context.is_for_us(fields):
             self.ignored["serial data for another station"] += 1
