@@ -37,8 +37,8 @@ class CopterFailsafes(Part):
         """Do one tick of a booted vehicle."""
         state = self._state
         # It never trips if no station was ever heard (docs/autopilots.md "Failsafes of ArduCopter").
-        if state.gcs_heard_us is not None and "gcs" not in state.failsafes and self._params["FS_GCS_ENABLE"] > 0:
-            self._watch_gcs(self._clock.now_us - state.gcs_heard_us)
+        if state.gcs_last_heard_us is not None and "gcs" not in state.failsafes and self._params["FS_GCS_ENABLE"] > 0:
+            self._watch_gcs(self._clock.now_us - state.gcs_last_heard_us)
         self._watch_battery()
         self._watch_position()
         if state.armed and self._fence.is_on and self._clock.now_us >= self._fence_due_us:
@@ -47,7 +47,7 @@ class CopterFailsafes(Part):
 
     def hear_gcs(self) -> None:
         """Take a heartbeat of the vehicle's own ground station."""
-        self._state.gcs_heard_us = self._clock.now_us
+        self._state.gcs_last_heard_us = self._clock.now_us
         if "gcs" in self._state.failsafes:
             self._state.failsafes.discard("gcs")
             # The mode stays RTL: the operator has to take the vehicle back.

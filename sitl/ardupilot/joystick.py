@@ -16,31 +16,34 @@ class Joystick(Part):
     def __init__(self, platform: Platform) -> None:
         super().__init__(platform)
         self._sticks = (RELEASE, RELEASE, RELEASE, RELEASE)
-        self._heard_us: int | None = None
+        self._last_heard_us: int | None = None
 
     def hear(self, sticks: tuple[int, int, int, int]) -> None:
         """Take x, y, z and r of a MANUAL_CONTROL."""
-        self._heard_us = self._clock.now_us
+        self._last_heard_us = self._clock.now_us
         self._sticks = sticks
 
     @property
     def is_present(self) -> bool:
         """Whether a joystick has been heard and was not dropped since."""
-        return self._heard_us is not None
+        return self._last_heard_us is not None
 
     @property
     def shown(self) -> tuple[int, int, int, int]:
         """The sticks as RC_CHANNELS shows them."""
-        return self._sticks if self._heard_us is not None else (RELEASE, RELEASE, RELEASE, RELEASE)
+        return self._sticks if self._last_heard_us is not None else (RELEASE, RELEASE, RELEASE, RELEASE)
 
     def drop(self) -> None:
         """Return to the receiver's sticks."""
-        self._heard_us = None
+        self._last_heard_us = None
 
     def velocity_m_s(self) -> Point | None:
         """Return the velocity that the joystick demands; None once it is silent or has released the throttle."""
         x, y, z, _ = self._sticks
-        if self._heard_us is None or self._clock.now_us - self._heard_us > self._params["RC_OVERRIDE_TIME"] * 1e6:
+        if (
+            self._last_heard_us is None
+            or self._clock.now_us - self._last_heard_us > self._params["RC_OVERRIDE_TIME"] * 1e6
+        ):
             return None
         if z == RELEASE:
             return None

@@ -171,8 +171,8 @@ class ArduPilotMissions(MissionServer):
         """Request the item, again each second, until nothing has come for 8 s."""
         while True:
             self._outbox.reply(upload, "MISSION_REQUEST", seq=upload.seq, mission_type=upload.kind)
-            yield min(ASK_AGAIN_US, max(upload.heard_us + GIVE_UP_US - self._clock.now_us, 1))
-            if self._clock.now_us - upload.heard_us >= GIVE_UP_US:
+            yield min(ASK_AGAIN_US, max(upload.last_heard_us + GIVE_UP_US - self._clock.now_us, 1))
+            if self._clock.now_us - upload.last_heard_us >= GIVE_UP_US:
                 break
         self._uploads.pop(upload.kind, None)
         self._outbox.text(Severity.WARNING, f"{_NAMES[upload.kind]} upload timeout")
@@ -201,7 +201,7 @@ class ArduPilotMissions(MissionServer):
             self._acknowledge(frame, result, kind)
             self._forget(kind)
             return
-        upload.heard_us = self._clock.now_us
+        upload.last_heard_us = self._clock.now_us
         upload.seq += 1
         if upload.seq >= upload.end:
             self._complete(frame, upload)

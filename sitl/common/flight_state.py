@@ -25,7 +25,7 @@ class FlightState:
         """Home in the vehicle's frame; its z is the zero of relative altitude."""
         self.failsafes: set[str] = set()
         """Names of the failsafes with a cause that is present."""
-        self.gcs_heard_us: int | None = None
+        self.gcs_last_heard_us: int | None = None
         """When a heartbeat of the ground station came last."""
         self.gps_lost_us: int | None = None
         """Since when the GPS has no satellites; None while it has."""

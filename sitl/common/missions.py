@@ -155,7 +155,7 @@ class Transfer:
     """Upload: the item that is requested. Download: one after the item that was requested last."""
     end: int
     """One after the last item."""
-    heard_us: int
+    last_heard_us: int
     items: list[Item] = field(default_factory=list)
     crc: int = 0
 

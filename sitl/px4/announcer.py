@@ -33,12 +33,12 @@ class Announcer(Part):
     @property
     def gcs_alive(self) -> bool:
         """Whether heartbeats of a ground station arrive."""
-        heard_us = self._state.gcs_heard_us
-        return heard_us is not None and self._clock.now_us - heard_us <= HEARTBEAT_TIMEOUT_US
+        last_heard_us = self._state.gcs_last_heard_us
+        return last_heard_us is not None and self._clock.now_us - last_heard_us <= HEARTBEAT_TIMEOUT_US
 
     def hear_gcs(self) -> None:
         """Take a ground station's heartbeat, and send the texts that waited for it."""
-        self._state.gcs_heard_us = self._clock.now_us
+        self._state.gcs_last_heard_us = self._clock.now_us
         while self._texts:
             at_us, severity, text = self._texts.popleft()
             # An old text would be taken for news by a station that has just connected.

@@ -153,9 +153,9 @@ class Px4Failsafes(Part):
             self._announcer.announce("GCS connection regained", "commander_dl_regained")
 
     def _watch_gcs(self) -> None:
-        if self._state.gcs_heard_us is None:
+        if self._state.gcs_last_heard_us is None:
             return
-        silent_us = self._clock.now_us - self._state.gcs_heard_us
+        silent_us = self._clock.now_us - self._state.gcs_last_heard_us
         if silent_us <= self._params["COM_DL_LOSS_T"] * 1e6 + GCS_SLACK_US:
             # Most failsafes stay in force when their cause is gone: a station that is heard again does not stop the
             # return.

@@ -73,7 +73,7 @@ class Px4Missions(MissionServer):
         elif transfer.is_with(frame.system, frame.component):
             # The first request was probably lost.
             if transfer.seq == 0:
-                transfer.heard_us = self._clock.now_us
+                transfer.last_heard_us = self._clock.now_us
                 self._tasks.start(_TRANSFER, self._ask(transfer), self._clock.now_us)
                 return
             self._complain("WPM: REJ. CMD: Busy", "mavlink_mission_getlist_busy")
@@ -142,15 +142,15 @@ class Px4Missions(MissionServer):
 
     def _ask(self, transfer: Transfer) -> Task:
         """Request the item, again every 0.26 s; after 5 s without an answer the upload ends silently."""
-        while self._clock.now_us - transfer.heard_us < GIVE_UP_US:
+        while self._clock.now_us - transfer.last_heard_us < GIVE_UP_US:
             self._outbox.reply(transfer, "MISSION_REQUEST_INT", seq=transfer.seq, mission_type=transfer.kind)
             yield ASK_AGAIN_US
         self._transfer = None
 
     def _wait(self, transfer: Transfer) -> Task:
         """End a download after 5 s without a request."""
-        while self._clock.now_us - transfer.heard_us < GIVE_UP_US:
-            yield GIVE_UP_US - (self._clock.now_us - transfer.heard_us)
+        while self._clock.now_us - transfer.last_heard_us < GIVE_UP_US:
+            yield GIVE_UP_US - (self._clock.now_us - transfer.last_heard_us)
         self._transfer = None
 
     def _requested_item(self, frame: Received) -> Item | None:
@@ -163,7 +163,7 @@ class Px4Missions(MissionServer):
             return None
         if transfer.kind != frame.fields["mission_type"]:
             return None
-        transfer.heard_us = self._clock.now_us
+        transfer.last_heard_us = self._clock.now_us
         items = self._plans.of(transfer.kind)
         if seq == transfer.seq and seq < min(transfer.end, len(items)):
             transfer.seq += 1
@@ -189,7 +189,7 @@ class Px4Missions(MissionServer):
         elif kind != transfer.kind:
             self._acknowledge(frame, missions.ERROR, transfer.kind)
         else:
-            transfer.heard_us = self._clock.now_us
+            transfer.last_heard_us = self._clock.now_us
             if seq == transfer.seq:
                 self._store(frame, transfer, new)
 

@@ -103,9 +103,9 @@ class ArduPilotLogServer(LogServer):
 
     def _download(self, log: Log, offset: int, end: int) -> Task:
         while True:
-            heard_us, now_us = self._state.gcs_heard_us, self._clock.now_us
+            last_heard_us, now_us = self._state.gcs_last_heard_us, self._clock.now_us
             # ArduPilot pauses for a silent station, and continues as soon as its heartbeats are back.
-            if self._state.armed or heard_us is None or now_us - heard_us > HEARTBEAT_PAUSE_US:
+            if self._state.armed or last_heard_us is None or now_us - last_heard_us > HEARTBEAT_PAUSE_US:
                 yield 100_000
                 continue
             data = log.read(offset, min(LOG_DATA_BYTES, max(end - offset, 0)), now_us)

@@ -154,8 +154,8 @@ def test_b6_26_a_signed_vehicle_behind_a_new_address(attack: Attack) -> None:
     oracle = attack(keyed=(1,))
     oracle.flight.moved[0] = ("nat", 5)
     oracle.flight.on_way = lambda data, address: oracle.inject(data, address)
-    before = oracle.vehicle.heard_s
-    while oracle.vehicle.heard_s == before or oracle.vehicle.address == HOME:
+    before = oracle.vehicle.last_heard_s
+    while oracle.vehicle.last_heard_s == before or oracle.vehicle.address == HOME:
         oracle.run(0.05)
         assert oracle.now - oracle.begun_s < 1.6
     oracle.run(5.0)

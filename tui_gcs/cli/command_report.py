@@ -25,7 +25,7 @@ class VehicleReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class CommandReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The result of a command: `ok` only if all of it is good, as exit code 0 says."""
+    """The result of a command: `ok` only if all of it succeeded, as exit code 0 means."""
 
     ok: bool
     code: ReportCode = ReportCode.NONE

@@ -92,16 +92,16 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
     signal.signal(signal.SIGINT, lambda *_: interrupted.set())
     signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
     bar = ProgressBar()
-    heard_s = time.monotonic()
+    last_heard_s = time.monotonic()
     reported = 0
     while not script.done:
         time.sleep(POLL_S)
         if bus.run_pending():
-            heard_s = time.monotonic()
+            last_heard_s = time.monotonic()
         if interrupted.is_set():
             script.abort("interrupted: vehicles return and land")
         # Its supervisor starts a station that died again; vehicles in the air are not left while that may happen.
-        if time.monotonic() - heard_s > SILENT_S and (interrupted.is_set() or not script.armed):
+        if time.monotonic() - last_heard_s > SILENT_S and (interrupted.is_set() or not script.armed):
             raise CommandError(f"the station has been silent for {SILENT_S:.0f} s: `tui-gcs attach` looks at it")
         script.tick()
         for check in script.overridden[reported:]:

@@ -119,7 +119,7 @@ def _shown(
 
 
 def _obey(seen: Callable[[VehicleRow], bool], vehicles: set[int], rows: Iterable[VehicleRow]) -> set[int]:
-    """The vehicles whose telemetry shows the order; the row of a lost vehicle is old and shows nothing."""
+    """The vehicles that obey the order by their telemetry; the row of a lost vehicle is old and shows nothing."""
     return {row.id for row in rows if row.id in vehicles and row.freshness is not Freshness.LOST and seen(row)}
 
 

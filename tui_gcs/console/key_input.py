@@ -61,8 +61,8 @@ class KeyChord:
 class KeyGuard:
     """Keeps back keys that were meant for a question which closed by itself. Times are seconds of one clock.
 
-    An operator who types `y` while a question expires has not seen yet that it is gone. Keys that stop vehicles are
-    never kept back: the caller asks only about others.
+    When a question expires while the operator types `y`, the key must not reach what is below it. Keys that stop
+    vehicles are never kept back: the caller asks only about others.
     """
 
     def __init__(self) -> None:

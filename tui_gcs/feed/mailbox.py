@@ -28,7 +28,7 @@ class Mailbox:
         self.unreadable = 0
         """Samples that could not be decoded."""
         self._clock = clock
-        self._heard_s = clock.now()
+        self._last_heard_s = clock.now()
         self._latest: dict[str, bytes] = {}
         self._events: deque[bytes] = deque()
         self._plans: deque[bytes] = deque(maxlen=MAX_PLANS)
@@ -59,11 +59,11 @@ class Mailbox:
     @property
     def silent_s(self) -> float:
         """Time since the last status of the station."""
-        return self._clock.now() - self._heard_s
+        return self._clock.now() - self._last_heard_s
 
     def note_heard(self) -> None:
         """The station was heard now."""
-        self._heard_s = self._clock.now()
+        self._last_heard_s = self._clock.now()
 
     def take_latest(self) -> dict[str, bytes]:
         """Return the newest sample of each key since the last call; the next sample wakes the loop again."""
@@ -96,7 +96,7 @@ class Mailbox:
 
     def _on_status(self, key: str, payload: bytes) -> None:
         # Not at delivery: while the terminal stalls nothing is delivered, and the station is not lost for that.
-        self._heard_s = self._clock.now()
+        self._last_heard_s = self._clock.now()
         self._on_latest(key, payload)
 
     def _on_queued(self, box: deque[bytes], payload: bytes) -> None:

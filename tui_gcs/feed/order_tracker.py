@@ -141,7 +141,7 @@ class OrderTracker:
         self._on_news(order)
 
     def look(self) -> None:
-        """Compare every order with telemetry, and give up on vehicles whose time is up."""
+        """Compare every order with telemetry, and give up on vehicles when their time is up."""
         for order in self.orders:
             if order.answered and order.waiting:
                 self._look(order)

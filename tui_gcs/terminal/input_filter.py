@@ -36,7 +36,7 @@ class InputFilter:
     """Stands before the parser of keys; times are seconds of one steady clock."""
 
     def __init__(self) -> None:
-        self._heard_s = 0.0
+        self._last_heard_s = 0.0
         self._left = MAX_AT_ONCE
         """Keys that may come now."""
         self._is_flood = False
@@ -48,7 +48,7 @@ class InputFilter:
 
     def filtered(self, data: str, now_s: float) -> str:
         """Return what may become keys of the `data` that arrived now."""
-        quiet_s, self._heard_s = now_s - self._heard_s, now_s
+        quiet_s, self._last_heard_s = now_s - self._last_heard_s, now_s
         # A token bucket: keys refill it at the rate at which fingers and mice produce them.
         self._left = min(MAX_AT_ONCE, self._left + quiet_s * MAX_KEYS_PER_S)
         kept = self._end_unfinished() if quiet_s >= (QUIET_S if self._pasted is None else LOST_END_S) else ""
@@ -75,7 +75,7 @@ class InputFilter:
         return dropped
 
     def _end_unfinished(self) -> str:
-        """End a flood, or a paste whose end never came; return the mark that the parser then misses."""
+        """End a flood, or a paste without an end; return the mark that the parser then misses."""
         missing = "" if self._pasted is None else END
         self._is_flood, self._pasted, self._tail = False, None, ""
         return missing

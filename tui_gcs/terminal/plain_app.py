@@ -76,11 +76,11 @@ class PlainApp(App[None]):
         self.display_theme = names[(names.index(self.display_theme) + 1) % len(names)]
 
     def action_redraw(self) -> None:
-        """Write every cell again, for an operator who sees garbage on the screen."""
+        """Write every cell again, when another program has written on the screen."""
         self.redraw()
 
     def redraw(self) -> None:
-        """Write every cell again: the terminal may show anything (a resize, a message of another program)."""
+        """Write every cell again, whatever the terminal shows now."""
         with contextlib.suppress(ScreenStackError):
             for widget in self.screen.walk_children():
                 widget.refresh()  # each keeps lines that were filtered for the theme before

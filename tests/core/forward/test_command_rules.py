@@ -137,7 +137,7 @@ def test_a_mission_goes_on_where_the_vehicle_says_it_is() -> None:
     round_the_pond = plan_of((60.0, 60.0), (60.0, 140.0), (150.0, 150.0))
     assert said(long(flying(), 193, 1, plan=round_the_pond)) == (
         "no: mission: to (150, 150) m: the straight way there leaves the operating area, "
-        "and it has not said which item is next"
+        "and it has not reported which item is next"
     )
     round_the_pond.on_current(1, 0.0)
     assert said(long(flying(), 193, 1, plan=round_the_pond)) == "continue"
@@ -146,7 +146,7 @@ def test_a_mission_goes_on_where_the_vehicle_says_it_is() -> None:
     assert said(long(flying(), 300, 2, plan=round_the_pond)).startswith("no: mission: to (150, 150) m")
     assert said(long(flying(), 224, NAN, plan=round_the_pond)).startswith("no: nan is no whole number")
     round_the_pond.on_current(1, -6.0)
-    assert "has not said which item" in said(long(flying(), 193, 1, plan=round_the_pond))
+    assert "has not reported which item" in said(long(flying(), 193, 1, plan=round_the_pond))
 
 
 @pytest.mark.parametrize(

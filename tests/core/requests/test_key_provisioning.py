@@ -80,7 +80,7 @@ def test_a_vehicle_that_signs_gets_another_key(wired: MakeWired, keys: KeyStore)
     flight.run(5.0)
     assert KeyStore(keys.directory).vehicles_of("next") == [("", 1)]
     assert flight.vehicle().identity.signing is Signing.OURS and not flight.vehicle().why_not_commanded
-    assert flight.clock.now() - flight.vehicle().heard_s < 1.0
+    assert flight.clock.now() - flight.vehicle().last_heard_s < 1.0
 
 
 def test_a_code_is_for_one_try_of_one_principal_for_a_minute(wired: MakeWired, keys: KeyStore) -> None:

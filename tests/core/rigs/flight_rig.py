@@ -128,7 +128,7 @@ class Watch:
         for number, vehicle in self.fleet.vehicles.items():
             if number not in self.silent:
                 assert vehicle.path.autopilot_stream is not None
-                vehicle.path.autopilot_stream.heard_s = vehicle.telemetry.heartbeat_s = now
+                vehicle.path.autopilot_stream.last_heard_s = vehicle.telemetry.heartbeat_s = now
                 vehicle.telemetry.position_s = vehicle.telemetry.position_s if number in self.blind else now
 
     # ---------------------------------------------------------------- time

@@ -64,7 +64,7 @@ class Pilot:
             path.slots[message] = Slot(stream, self.vehicle.id, 1, message)
         slot = path.slots[message]
         slot.count += 1
-        slot.t_s = slot.stream.heard_s = now
+        slot.t_s = slot.stream.last_heard_s = now
         if message == 0:
             self.vehicle.telemetry.heartbeat_s = now
 

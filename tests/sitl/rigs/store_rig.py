@@ -27,7 +27,7 @@ class Bench:
         self.ap = kind(0, spec, PointMasses([spec]), timing=BootTiming(0, 0), identity=identity)
         self.platform = self.ap.platform
         self.platform.logs.files.clear()
-        self.platform.state.gcs_heard_us = 0
+        self.platform.state.gcs_last_heard_us = 0
         self.station = Encoder(system, 190)
         self.heard: list[tuple[float, str, dict[str, Any]]] = []
 
@@ -49,7 +49,7 @@ class Bench:
             clock = self.platform.clock
             clock.advance(clock.now_us + round(tick_s * 1e6))
             if isinstance(self.ap, Px4):
-                self.platform.state.gcs_heard_us = clock.now_us  # its texts wait for a station otherwise
+                self.platform.state.gcs_last_heard_us = clock.now_us  # its texts wait for a station otherwise
             self.platform.tasks.run(clock.now_us)
             self._listen()
 

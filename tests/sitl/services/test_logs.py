@@ -43,7 +43,7 @@ def content(bench: Bench) -> bytes:
 
 
 def beat(bench: Bench) -> None:
-    bench.platform.state.gcs_heard_us = bench.platform.clock.now_us
+    bench.platform.state.gcs_last_heard_us = bench.platform.clock.now_us
 
 
 class TestArduPilot:

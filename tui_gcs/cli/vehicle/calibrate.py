@@ -83,7 +83,7 @@ def _running(station: StationClient, ids: Ids) -> Sequence[TaskInfo]:
 
 
 def _confirm(station: StationClient, ids: Ids) -> list[VehicleOutcome]:
-    """Confirm that the vehicles lie as asked: for scripts, and for users who watch elsewhere."""
+    """Confirm that the vehicles lie as asked: for scripts, and for a second terminal."""
     waiting = {info.vehicle: info for info in _running(station, ids) if info.waits}
     ended = []
     for vehicle in ids:

@@ -237,7 +237,7 @@ class AlarmTable:
             )
 
     def acknowledge(self, principal: str, request: Acknowledge) -> Reply:
-        """Acknowledge for the principal `principal`; members raised after the numbers in the request stay new."""
+        """Acknowledge in the name of `principal`; members raised after the numbers in the request stay new."""
         # A console acknowledges what it shows: a raising that came after its last status stays new.
         named = [m for m in self._named(request.raised) if not m.acknowledged]
         for member in named:
@@ -268,7 +268,7 @@ class AlarmTable:
         return self._answered("unshelved: ", principal, named, "nothing of that is shelved")
 
     def _end_shelvings(self, now: float) -> None:
-        """Members whose time on the shelf has passed are new again."""
+        """Make members new again when their time on the shelf has passed."""
         ended = [m for m in self._members.values() if 0.0 < m.shelved_until_s <= now]
         for member in ended:
             self._end_shelving(member)

@@ -1,4 +1,4 @@
-"""The processes that a process has started, and theirs: found and killed even when they left their process group.
+"""The descendants of a process: found and killed even when they left its process group.
 
 A planner may start a program in a session of its own. A process that calls `adopt_orphans` becomes the parent of such
 programs when the one that started them has ended, and can then kill them. Linux only; elsewhere nothing is found, and
@@ -18,7 +18,7 @@ MAX_LOOKS = 5
 
 
 def adopt_orphans() -> bool:
-    """Make this process the parent of every descendant whose own parent ends; False where that is not possible."""
+    """Make this process the parent of every orphan among its descendants; False where that is not possible."""
     if not sys.platform.startswith("linux"):
         return False
     with contextlib.suppress(OSError, AttributeError):
@@ -27,7 +27,7 @@ def adopt_orphans() -> bool:
 
 
 def children_of(pid: int) -> list[int]:
-    """The processes whose parent `pid` is; ended ones that were not waited for are among them."""
+    """The children of the process `pid`, ended ones that were not waited for among them."""
     found: list[int] = []
     with contextlib.suppress(OSError):
         for thread in (Path("/proc") / str(pid) / "task").iterdir():

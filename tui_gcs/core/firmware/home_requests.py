@@ -1,4 +1,4 @@
-"""Requests HOME_POSITION from vehicles in the air whose home is not known: without it they cannot be returned."""
+"""Requests HOME_POSITION from vehicles in the air without a known home: they could not be returned."""
 
 import math
 
@@ -13,15 +13,18 @@ ASK_AGAIN_S, ASK_SELDOM_S, FREQUENT_ASKS = 2.0, 20.0, 5
 
 
 class HomeRequests:
-    """Asks until an answer comes. A station that found vehicles in the air did not see where they took off."""
+    """Repeats the request until an answer comes.
+
+    A station that finds vehicles in the air did not see where they took off.
+    """
 
     def __init__(self, command_encoder: CommandEncoder, commands: CommandService, clock: Clock) -> None:
         self._encoder, self._commands, self._clock = command_encoder, commands, clock
         self._asked: dict[int, tuple[float, int]] = {}
-        """When each was asked last, and how often."""
+        """When it was requested last, and how often, by vehicle."""
 
     def tick(self, vehicle: Vehicle) -> None:
-        """Ask one vehicle if it is time."""
+        """Request it from one vehicle when that is due."""
         state, now = vehicle.telemetry, self._clock.now()
         if state.home_m is not None or not state.airborne or not vehicle.identity.identified:
             return

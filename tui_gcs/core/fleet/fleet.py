@@ -414,10 +414,10 @@ class VehicleRegistry:
             return False
         if len(unconfirmed) < MAX_UNCONFIRMED:
             return True
-        quietest = min(unconfirmed, key=lambda vehicle: vehicle.heard_s)
+        quietest = min(unconfirmed, key=lambda vehicle: vehicle.last_heard_s)
         # A whole fleet came at once: the others get their turn after this time.
-        if now - quietest.heard_s < CONFIRMATION_GRACE_S:
-            self._full_until_s[network] = quietest.heard_s + CONFIRMATION_GRACE_S
+        if now - quietest.last_heard_s < CONFIRMATION_GRACE_S:
+            self._full_until_s[network] = quietest.last_heard_s + CONFIRMATION_GRACE_S
             return False
         self._remove(quietest)
         self.dropped.count("unconfirmed vehicle forgotten", quietest.id)
@@ -454,10 +454,10 @@ class VehicleRegistry:
         """Notice lost vehicles and returns, and confirm vehicles that sent enough frames."""
         vehicles, lost = list(self.vehicles.values()), self._lost
         # A position that is newer than the limit shows that the vehicle is heard, and is cheaper to read than
-        # `heard_s`.
+        # `last_heard_s`.
         for vehicle in vehicles:
             if vehicle.id in lost or (
-                now - vehicle.telemetry.position_s > LOST_AFTER_S and now - vehicle.heard_s > LOST_AFTER_S
+                now - vehicle.telemetry.position_s > LOST_AFTER_S and now - vehicle.last_heard_s > LOST_AFTER_S
             ):
                 self._check_silence(vehicle, now)
             if not vehicle.identity.confirmed and now - vehicle.identity.first_heard_s >= MIN_CONFIRMING_S:

@@ -34,7 +34,7 @@ class OtherStations:
     """System ids of other stations, by when they were heard."""
 
     own_system: int
-    _heard_s: dict[tuple[str, int], float] = field(default_factory=dict)
+    _last_heard_s: dict[tuple[str, int], float] = field(default_factory=dict)
     """By network and system id."""
     _commanded_s: dict[tuple[str, int, int], float] = field(default_factory=dict)
     """By network, the vehicle's system id and the station's."""
@@ -42,7 +42,7 @@ class OtherStations:
     def hear(self, network: str, system: int, fields: dict[str, Any], now: float) -> None:
         """Take a heartbeat of a system that is no vehicle."""
         if fields["type"] == TYPE_GCS and system != self.own_system:
-            _note(self._heard_s, (network, system), now)
+            _note(self._last_heard_s, (network, system), now)
 
     def hear_command(self, network: str, system: int, vehicle: int, now: float) -> None:
         """Note that `system` commanded the vehicle with that system id."""
@@ -59,15 +59,15 @@ class OtherStations:
         """Which stations may have commanded the vehicle, e.g. "commanded by system 252"; "" if none was heard."""
         commanders = sorted(
             system
-            for (network, commanded, system), heard_s in self._commanded_s.items()
-            if network == vehicle.network and commanded in (0, vehicle.system) and now - heard_s < COMMANDED_S
+            for (network, commanded, system), last_heard_s in self._commanded_s.items()
+            if network == vehicle.network and commanded in (0, vehicle.system) and now - last_heard_s < COMMANDED_S
         )
         if commanders:
             return f"commanded by system {', '.join(map(str, dict.fromkeys(commanders)))}"
         heard = sorted(
             system
-            for (network, system), heard_s in self._heard_s.items()
-            if network == vehicle.network and now - heard_s < HEARD_S
+            for (network, system), last_heard_s in self._last_heard_s.items()
+            if network == vehicle.network and now - last_heard_s < HEARD_S
         )
         return f"other station heard: system {', '.join(map(str, heard))}" if heard else ""
 

@@ -170,7 +170,7 @@ class TelemetryDecoder:
         telemetry.position_s = now
 
     def report_delays(self, vehicles: Iterable[Vehicle], now: float) -> None:
-        """Report vehicles whose positions arrive late; to be called once a second.
+        """Report positions that arrive late; to be called once a second.
 
         A modem that buffers delivers old positions, each of which looks new. It is reported and no more: a simulator on
         a loaded machine looks the same, so freshness stays the time of arrival (docs/architecture.md).

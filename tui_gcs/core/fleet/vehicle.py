@@ -272,13 +272,13 @@ class Vehicle:
     """Ids of messages at a rate that a service has set for a while: the telemetry rates leave them alone."""
 
     @property
-    def heard_s(self) -> float:
+    def last_heard_s(self) -> float:
         """When its autopilot was last heard over any accepted path."""
         # Nearly every vehicle has one path, and this is read for every vehicle at each tick.
         if len(self.paths) == 1:
             pilot = self.path.autopilot_stream
-            return pilot.heard_s if pilot is not None else -math.inf
-        return max(path.heard_s for path in self.paths if path.state is PathState.USED)
+            return pilot.last_heard_s if pilot is not None else -math.inf
+        return max(path.last_heard_s for path in self.paths if path.state is PathState.USED)
 
     @property
     def link(self) -> str:
@@ -342,7 +342,7 @@ class Vehicle:
 
     def freshness(self, now: float) -> Freshness:
         """Return OK, STALE or LOST at station time `now`."""
-        silent_s = now - self.heard_s
+        silent_s = now - self.last_heard_s
         if silent_s > LOST_AFTER_S and silent_s > self.lost_after_s(now):
             return Freshness.LOST
         if now - self.telemetry.position_s > (

@@ -39,7 +39,7 @@ class _Course:
 
 
 class CourseMonitor:
-    """Looks at all vehicles that this station steers; `found` says what they do instead."""
+    """Looks at all vehicles that this station steers; `found` holds what they do instead."""
 
     def __init__(self, services: FlightServices) -> None:
         self._fleet, self._flights = services.fleet, services.flights

@@ -65,7 +65,7 @@ class EmergencyMonitor:
     """Looks at all armed vehicles; `found` holds the emergencies that last."""
 
     def __init__(self, services: FlightServices, give_up: Callable[[Vehicle, str], None]) -> None:
-        """`give_up` is called with each vehicle whose emergency begins, and its text."""
+        """`give_up` is called when an emergency begins, with its vehicle and text."""
         self._fleet, self._flights, self._clock = services.fleet, services.flights, services.clock
         self._give_up = give_up
         self._watches: dict[int, _ArmedWatch] = {}

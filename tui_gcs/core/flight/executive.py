@@ -480,7 +480,7 @@ class Executive:
         """
         freshness = vehicle.freshness(now)
         # Heard without a position: it can neither be steered nor kept clear of others.
-        blind = freshness is Freshness.STALE and now - vehicle.heard_s < MAX_SILENCE_S
+        blind = freshness is Freshness.STALE and now - vehicle.last_heard_s < MAX_SILENCE_S
         if blind or freshness is Freshness.LOST:
             by_hand = flight.phase is Phase.BY_HAND or math.isfinite(flight.manual_alt_m)
             before = Phase.BY_HAND if by_hand else Phase.FLYING if flight.step is HoldStep.READY else flight.phase

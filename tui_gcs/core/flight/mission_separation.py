@@ -70,7 +70,7 @@ class MissionSeparation:
                     yield one.id, other.id, f"{level_m:.0f} m and closing, from"
 
     def _braking_s(self, state: VehicleState) -> float:
-        """Time that a vehicle needs to stop, with that in which it is told to."""
+        """Seconds from a look at the fleet until the vehicle stands: reaction, delay and braking."""
         speed_m_s = math.hypot(*state.velocity_m_s)
         return REACTION_S + BRAKE_DELAY_S + speed_m_s / (BRAKE_SHARE * self._guard.limits.accel_m_s2)
 

@@ -56,7 +56,7 @@ class ReturnController:
         """When the last landing of each group began."""
 
     def begin(self, flight: Flight, vehicle: Vehicle, now: float, by: str = STATION) -> VehicleResult:
-        """Start the return of a vehicle in the air, as `by` orders; the result says why it cannot return."""
+        """Start the return of a vehicle in the air, as `by` orders; the result has the reason if it cannot return."""
         home = flight.home_m or vehicle.telemetry.home_m
         if not vehicle.telemetry.airborne or home is None:
             return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air" if home else "has no home")

@@ -95,7 +95,7 @@ class Steering:
             self._steer(flight, course, vehicle, verdicts.get(vehicle.id))
 
     def _judge(self, fresh: list[Steered], now: float) -> dict[int, Verdict]:
-        """The guard's verdicts, by vehicle, on those whose course is new or was judged some time ago."""
+        """The guard's verdicts, by vehicle, on courses that are new or were judged some time ago."""
         due = [
             (flight, course, vehicle)
             for flight, course, vehicle in fresh

@@ -200,7 +200,7 @@ class TeamController:
         self.planner.on_failure(last_line, "\n".join(lines), plan.fate)
 
     def tick(self) -> list[int]:
-        """The vehicles that must hold now because their planner is not in time; an alarm says why."""
+        """The vehicles that must hold now because their planner is not in time; an alarm gives the reason."""
         flying = self._flying()
         if self.task is None:
             return []

@@ -1,7 +1,7 @@
 """Plans as drawings and back: what a map program can show of a mission, and what of its drawings can be flown.
 
 Out: the path of a mission with a mark at each place, fence polygons (circles with many corners, and their radius as a
-property), rally points, home. In: a path becomes way-points, areas become a fence. The property `part` tells what a
+property), rally points, home. In: a path becomes way-points, areas become a fence. The property `part` names what a
 drawing is of; a drawing of another program has none, and is taken by its kind.
 """
 

@@ -112,7 +112,7 @@ class Forwarder:
         self.refused: Counter[str] = Counter()
         """Frames of other stations that ask for what is not allowed, or are not what they seem, by reason."""
         self.dropped: Counter[str] = Counter()
-        """Frames without any fault that are for no system here, both ways, by reason."""
+        """Frames without any fault that no system here or at an endpoint is to get, both ways, by reason."""
 
     def feed(self, network: str, link: str, raws: list[bytes]) -> None:
         """Send on frames that vehicles of `network` sent over `link`, in order.
@@ -194,7 +194,7 @@ class Forwarder:
         if partner is None:
             self._turn_away(foreign, "too many partners", f"gets nothing: {MAX_PARTNERS} partners are served already")
         elif frame.system == self._own_system:
-            partner.heard_s = now  # may listen, but what is for us is not for it
+            partner.last_heard_s = now  # may listen, but what is for us is not for it
             text = f"uses our own system id {self._own_system}: give that station another one"
             self._turn_away(foreign, "our own system id", text)
         else:

@@ -53,7 +53,7 @@ class MissionUpload:
     sender: tuple[int, int]
     """Its system and component."""
     mission: ForeignMission
-    heard_s: float
+    last_heard_s: float
     """When the side that has to answer did so last: the station while items are collected, then the vehicle."""
     asked_s: float
     items: list[bytes] = field(default_factory=list)
@@ -111,7 +111,7 @@ class MissionRelay:
             return ""
         upload.mission.steps.append(mission_step_of(request))
         upload.items.append(raw)
-        upload.heard_s = request.now
+        upload.last_heard_s = request.now
         if not upload.is_complete:
             self._request_item(upload)
             return ""
@@ -166,7 +166,7 @@ class MissionRelay:
         """Repeat what was not answered, and end uploads in which one side is silent."""
         now = self._clock.now()
         for upload in list(self._uploads.values()):
-            if now - upload.heard_s > GIVE_UP_S:
+            if now - upload.last_heard_s > GIVE_UP_S:
                 del self._uploads[upload.vehicle.id]
                 silent = "the vehicle does not answer" if upload.is_complete else "not all items came"
                 self._end(upload, MISSION_CANCELLED, f"mission upload: {silent}")
@@ -212,7 +212,7 @@ class MissionRelay:
 
     def _hand_over(self, upload: MissionUpload, seq: int) -> None:
         """Send the vehicle the item that it requests."""
-        upload.heard_s = self._clock.now()
+        upload.last_heard_s = self._clock.now()
         if seq < len(upload.items):
             upload.requested = seq
             self._send(upload, upload.items[seq], "mission upload item")

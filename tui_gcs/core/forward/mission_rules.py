@@ -1,7 +1,6 @@
-"""Rules for missions of other stations: reading is free.
+"""Rules for missions of other stations: they may always be read.
 
 Items and the ways between them may lead only where vehicles may be. `MissionRelay` collects an upload by these rules.
-
 The fence is this station's. A mission is started for others only if its whole upload passed through here. Numbers:
 MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
@@ -44,9 +43,8 @@ ITEM_LANDINGS, ITEM_TAKE_OFFS = frozenset({21, 85}), frozenset({22, 84})
 ITEM_RADIUS = {17: 3, 18: 3, 19: 3, 31: 2}
 """Number of the parameter that holds the radius to circle at."""
 ITEM_PLAIN = frozenset({20, 93, 112, 114, 115, 195, 197, 201, 203, 205, 206, 214, 530, 600})
-"""Items that need no check: return, delays, conditions, region of interest, camera and gimbal."""
 ITEM_PLAIN |= {1000, 1001, 2000, 2001, 2500, 2501}
-"""Return, delays, conditions, region of interest, camera and gimbal."""
+"""Items that need no check: return, delays, conditions, region of interest, camera and gimbal."""
 
 
 def mission_read(request: ForeignRequest) -> Ruling:
@@ -208,6 +206,6 @@ def _require_start(request: ForeignRequest, *items: int | None) -> None:
             try:
                 require_way(request, goal_m)
             except ForeignRefusal as refused:
-                unsaid = ", and it has not said which item is next" if item is None else ""
+                next_unknown = ", and it has not reported which item is next" if item is None else ""
                 where = f"({goal_m[0]:.0f}, {goal_m[1]:.0f}) m"
-                raise ForeignRefusal(f"mission: to {where}: {refused}{unsaid}") from None
+                raise ForeignRefusal(f"mission: to {where}: {refused}{next_unknown}") from None

@@ -1,7 +1,4 @@
-"""The other end of forwarding endpoints.
-
-Partners, the systems heard behind them, and the rate limit of what they send.
-"""
+"""Forwarding ports: the stations at one endpoint, the systems behind them, and the limits of what they may send."""
 
 import math
 from collections import Counter
@@ -24,7 +21,7 @@ SILENT_S = 60.0
 MAX_FRAMES_PER_S = 50.0
 """Frames of other stations for vehicles, per endpoint; as many at once after a pause."""
 MAX_ANSWERS_PER_S, MAX_ANSWERED = 20.0, 64
-"""Answers to refused requests per endpoint, and how many different ones are told apart (docs/threats.md B.6-49)."""
+"""Answers to refused requests per endpoint, and how many different ones are remembered (docs/threats.md B.6-49)."""
 FLUSH_S = 0.5
 """A stream that pauses this long within a frame has lost the rest of it."""
 PACK_BYTES = 1200
@@ -36,7 +33,7 @@ class Partner:
     """One station, or a router with stations behind it."""
 
     address: Address
-    heard_s: float
+    last_heard_s: float
     stays: bool
     """It is the one partner of a point-to-point link."""
     systems: dict[tuple[int, int], float] = field(default_factory=dict)
@@ -52,13 +49,13 @@ class Partner:
 
     def heard(self, system: int, component: int, now: float) -> None:
         """Note a valid frame of this system and component."""
-        self.heard_s = now
+        self.last_heard_s = now
         if (system, component) in self.systems or len(self.systems) < MAX_SYSTEMS:
             self.systems[(system, component)] = now
 
     def forget(self, now: float) -> None:
         """Drop systems that are silent."""
-        for key in [key for key, heard_s in self.systems.items() if now - heard_s > SILENT_S]:
+        for key in [key for key, last_heard_s in self.systems.items() if now - last_heard_s > SILENT_S]:
             del self.systems[key]
 
 
@@ -66,7 +63,7 @@ class Partner:
 class EndpointStream:
     """The frame cutter of one sender's byte stream."""
 
-    heard_s: float
+    last_heard_s: float
     cutter: StreamCutter = field(default_factory=StreamCutter)
     bad_crc: int = 0
     """Wrong CRCs reported so far."""
@@ -103,7 +100,7 @@ class Port:
                 self.partners[address] = Partner(address, now, stays=True)
         for partner in list(self.partners.values()):
             partner.forget(now)
-            gone = partner.address not in fixed if partner.stays else now - partner.heard_s > SILENT_S
+            gone = partner.address not in fixed if partner.stays else now - partner.last_heard_s > SILENT_S
             if gone:
                 del self.partners[partner.address]
 
@@ -127,18 +124,18 @@ class Port:
         stream = self._streams.get(address)
         if stream is None:
             if len(self._streams) >= MAX_PARTNERS:
-                del self._streams[min(self._streams, key=lambda known: self._streams[known].heard_s)]
+                del self._streams[min(self._streams, key=lambda known: self._streams[known].last_heard_s)]
             stream = self._streams[address] = EndpointStream(now)
-        stream.heard_s = now
+        stream.last_heard_s = now
         return self._of_stream(stream, stream.cutter.feed(data))
 
     def flush(self, now: float) -> list[tuple[list[Frame], int, Address]]:
         """(frames, wrong CRCs, sender) of streams that paused within a frame; forgets streams that ended."""
         flushed = []
         for address, stream in list(self._streams.items()):
-            if now - stream.heard_s > SILENT_S:
+            if now - stream.last_heard_s > SILENT_S:
                 del self._streams[address]
-            elif now - stream.heard_s > FLUSH_S:
+            elif now - stream.last_heard_s > FLUSH_S:
                 flushed.append((*self._of_stream(stream, stream.cutter.flush()), address))
         return flushed
 

@@ -144,15 +144,15 @@ def command_height_m(request: ForeignRequest, order: ForeignCommand) -> float:
     Raises:
         ForeignRefusal: another frame or autopilot, or the zero of its height is not known.
     """
-    habits = foreign_command_policy(request.vehicle)
+    policy = foreign_command_policy(request.vehicle)
     if math.isnan(order.param(7)):
         return math.nan
-    if habits.heights_above_sea:
+    if policy.heights_above_sea:
         if order.frame is not None and order.frame not in AMSL_FRAMES:
             raise ForeignRefusal("PX4 takes every height as above sea level: send it so (frame 0 or 5)")
         return _above_home_m(request.vehicle, order.param(7))
     if order.frame is None:
-        if not habits.heights_above_home:
+        if not policy.heights_above_home:
             raise ForeignRefusal("how this autopilot takes the height is not known")
         return order.param(7)
     return framed_height_m(request, order)

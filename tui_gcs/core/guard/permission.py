@@ -10,7 +10,7 @@ from enum import Enum
 from typing import ClassVar
 
 STATION = "station"
-"""Who ordered what neither an operator nor a planner ordered."""
+"""The principal of orders that neither an operator nor a planner gave."""
 
 
 class OrderClass(Enum):
@@ -26,7 +26,7 @@ class OrderClass(Enum):
 
 @dataclass(frozen=True)
 class Order:
-    """What is ordered, in the operator's and the journal's words, its class, and who ordered it."""
+    """What is ordered, in the operator's and the journal's words, its class, and the principal that ordered it."""
 
     what: str
     order_class: OrderClass = OrderClass.SET
@@ -51,7 +51,7 @@ PASS = Verdict()
 
 @dataclass(frozen=True)
 class StopReason:
-    """Why a stop leaves: which one it is, and who ordered it."""
+    """Why a stop leaves: which one it is, and the principal that ordered it."""
 
     what: str
     by: str = STATION

@@ -22,7 +22,7 @@ class TcpConnection:
         self.address = address
         self.error = ""
         """Why the connection is gone; "" while it lives."""
-        self.heard_s = clock.now()
+        self.last_heard_s = clock.now()
         self._socket = tcp
         self._counts = counts
         self._clock = clock
@@ -46,7 +46,7 @@ class TcpConnection:
                 self.close("closed by the other side")
                 return b""
             self._counts.bytes_in += len(data)
-            self.heard_s = self._clock.now()
+            self.last_heard_s = self._clock.now()
         self._send_waiting()
         return data
 

@@ -114,8 +114,8 @@ class TcpInLink(Link):
         """Return whether one more client may connect; the one that is silent longest is closed for it."""
         if len(self._clients) < MAX_CLIENTS:
             return True
-        quietest = min(self._clients.values(), key=lambda client: client.heard_s)
-        if self._clock.now() - quietest.heard_s < SILENT_S:
+        quietest = min(self._clients.values(), key=lambda client: client.last_heard_s)
+        if self._clock.now() - quietest.last_heard_s < SILENT_S:
             return False
         quietest.close("silent")
         del self._clients[quietest.address]

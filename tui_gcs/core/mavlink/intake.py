@@ -119,7 +119,7 @@ class Intake:
                 self._restart(source)
                 continue
             self._received[link] += 1
-            source.heard_s = now
+            source.last_heard_s = now
             self._stream(source, source.held + data, now, taken, final=False)
         return taken
 
@@ -141,7 +141,7 @@ class Intake:
         if now >= self._next_demotion_s:
             self._next_demotion_s = now + 1.0
             self._demote()
-        for source in [s for s in self._holding if now - s.heard_s > FLUSH_S]:
+        for source in [s for s in self._holding if now - s.last_heard_s > FLUSH_S]:
             self._stream(source, source.held, now, [], final=True)
 
     def source(self, link: str, address: Address) -> Source:
@@ -208,7 +208,7 @@ class Intake:
                         stream.expected_seq = next_seq[seq]
                     else:
                         stream.resync(seq)
-                    stream.heard_s = slot.t_s = now
+                    stream.last_heard_s = slot.t_s = now
                     slot.raw = raw
                     slot.count += 1
                     if not slot.route:
@@ -332,7 +332,7 @@ class Intake:
             stream.expected_seq = (frame.seq + 1) & 255
         else:
             stream.resync(frame.seq)
-        stream.heard_s = slot.t_s = now
+        stream.last_heard_s = slot.t_s = now
         slot.raw = frame.raw
         slot.count += 1
         if slot.layout is None:
@@ -399,7 +399,7 @@ class Intake:
         for stream in source.streams.values():
             stream.started = False
             # Nothing is known of the new connection yet: version 1 is no downgrade there.
-            stream.version1_s, stream.version2_s = stream.heard_s, float("-inf")
+            stream.version1_s, stream.version2_s = stream.last_heard_s, float("-inf")
 
     def _make_room(self, now: float) -> bool:
         """Return whether there is room for a slot, after dropping those that need not be kept."""

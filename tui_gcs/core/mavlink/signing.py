@@ -3,7 +3,7 @@
 Rules: https://mavlink.io/en/guide/message_signing.html. Behind the CRC of a signed frame stand a link id, a 48-bit time
 in units of 10 µs since 2015 and the first 6 bytes of SHA-256(key + everything before). Nothing here does I/O or reads a
 clock. Frames given to `SignatureVerifier`, `signature_matches`, `signed_by` and `strip_signature` are whole frames
-whose length and CRC are right (`mavlink/frames.py`).
+with a right length and CRC (`mavlink/frames.py`).
 """
 
 import hashlib

@@ -29,7 +29,7 @@ class Stream:
         "duplicates",
         "expected_seq",
         "frames",
-        "heard_s",
+        "last_heard_s",
         "lost",
         "source",
         "started",
@@ -48,16 +48,16 @@ class Stream:
         self.count_restarts = 0
         """How often the sequence began elsewhere: a reboot, or two senders that alternate. Swapped neighbours do not
         count."""
-        self.heard_s = float("-inf")
+        self.last_heard_s = float("-inf")
         self.version1_s = self.version2_s = float("-inf")
         """When it last sent that MAVLink version, as far as `believes_version_1` looked."""
         self.started = False
 
     def believes_version_1(self, now: float) -> bool:
         """Return whether a version 1 frame is no downgrade."""
-        # The fast path, which takes version 2 only, sets `heard_s` and nothing else.
-        if self.heard_s > self.version1_s:
-            self.version2_s = self.heard_s
+        # The fast path, which takes version 2 only, sets `last_heard_s` and nothing else.
+        if self.last_heard_s > self.version1_s:
+            self.version2_s = self.last_heard_s
         return now - self.version2_s >= VERSION_1_AFTER_S
 
     def resync(self, seq: int) -> None:
@@ -147,10 +147,10 @@ class Source:
         "bad_crc_by_msgid",
         "frames",
         "gone",
-        "heard_s",
         "held",
         "in_sync",
         "junk_bytes",
+        "last_heard_s",
         "link",
         "network",
         "slots",
@@ -179,7 +179,7 @@ class Source:
         self.text_bytes = 0
         """Plain text, as ArduPilot's boot banner: no error."""
         self.version1_refused = 0
-        self.heard_s = float("-inf")
+        self.last_heard_s = float("-inf")
         """When bytes last came; of byte streams only."""
         self.held = b""
         """The beginning of an unfinished frame of a byte stream."""

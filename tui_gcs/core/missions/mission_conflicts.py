@@ -189,7 +189,7 @@ def _may_meet(a: _PathLines, b: _PathLines, horizontal_m: float) -> bool:
 def _in_place(
     a: int, b: int, of_a: _PathLines, of_b: _PathLines, horizontal_m: float, vertical_m: float
 ) -> Conflict | None:
-    """Return the nearest two legs whose heights come too close, too. A climbing leg covers all heights in it."""
+    """Return the nearest two legs that are too close in height, too. A climbing leg covers all heights in it."""
     first, second = shapely.STRtree(of_b.shapes).query(_boxes(of_a.ends_m, horizontal_m))
     gap_m = np.maximum(of_b.low_m[second] - of_a.high_m[first], of_a.low_m[first] - of_b.high_m[second])
     # Heights first: distances cost more, and layers leave few pairs.

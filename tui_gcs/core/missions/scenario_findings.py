@@ -115,7 +115,7 @@ def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[
 
 
 def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[ScenarioFinding]:
-    """Find vehicles whose layers are outside of the zone's altitude band: vehicles keep their layers."""
+    """Find altitude layers outside of the zone's altitude band: vehicles keep their layers."""
     low_m, high_m = band_m(zone, current.area)
     named = [place for place in scenario.places if place.vehicle in team.vehicles]
     outside = sorted(place.vehicle or 0 for place in named if not low_m <= place.layer_m <= high_m)

@@ -4,7 +4,7 @@ Entry classes: `readiness.Readiness` (why one vehicle cannot start; never overri
 `checklist.PreflightChecklist` (the list that consoles show, grouped, with acknowledgements and signature). Request
 handlers and the status call them.
 
-What always holds: looking changes nothing and sends nothing; a check that refuses says what to do about it; LIVE
+What always holds: looking changes nothing and sends nothing; a check that refuses names what to do about it; LIVE
 vehicles need an operator's signature, SIM ones do not.
 
 Not here: the autopilots' own checks (`core/services/vehicle`, `core/firmware/health.py`).

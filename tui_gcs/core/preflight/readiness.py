@@ -105,7 +105,7 @@ class Readiness:
         parts = self._parts
         now = parts.records.clock.now()
         if vehicle.freshness(now) is not Freshness.OK:
-            yield _one("heard", f"{vehicle.freshness(now)}: last heard {now - vehicle.heard_s:.0f} s ago")
+            yield _one("heard", f"{vehicle.freshness(now)}: last heard {now - vehicle.last_heard_s:.0f} s ago")
         if unsupported := parts.comms.firmware.of(vehicle).why_not(vehicle):
             yield _one("heard", unsupported)
         if not parts.comms.uplink.is_ours(vehicle):
@@ -208,7 +208,7 @@ def _sharing_layers(parts: StationParts, results: list[VehicleResult]) -> list[V
 
 
 def _on_slopes(parts: StationParts, results: list[VehicleResult]) -> list[VehicleResult]:
-    """Refuse vehicles whose homes differ in height: a layer is a height above each vehicle's own home."""
+    """Refuse vehicles with homes at different heights: a layer is a height above each vehicle's own home."""
     vehicles = parts.picture.fleet.vehicles
     flying = [f.vehicle for f in parts.flight.flights if f.phase is not Phase.GROUND]
     ids = {r.vehicle for r in results if r.ok} | {v for v in flying if v in vehicles}

@@ -3,7 +3,7 @@
 `zenoh_bus.py` is the other implementation. Payloads are bytes (see `common.py`). Keys are slash-separated; `*` in a
 subscription stands for one segment.
 
-The key says who may write: a principal asks under `gcs/req/<principal>`, a planner worker publishes under
+The key fixes the writer: a principal asks under `gcs/req/<principal>`, a planner worker publishes under
 `gcs/planner/<team>` and nowhere else. Identity is never taken from a payload.
 """
 

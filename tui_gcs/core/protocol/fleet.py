@@ -56,7 +56,7 @@ class VisibleAge:
 
 
 class NotOnScreen:
-    """Marks a value whose change alone repaints nothing."""
+    """Marks a value that repaints nothing when it alone changes."""
 
 
 class VehicleRow(NamedTuple):

@@ -35,7 +35,7 @@ def _plain(name: str) -> str:
 
 
 def _number(value: float) -> str:
-    """At most three significant digits: a number whose sixth digit changes all the time cannot be read."""
+    """At most three significant digits: a sixth digit that changes all the time cannot be read."""
     if not math.isfinite(value):
         return UNKNOWN
     whole = abs(value) < 1e9 and (abs(value) >= 100.0 or value == round(value))

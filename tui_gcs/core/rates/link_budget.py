@@ -53,7 +53,7 @@ class RateRequest:
 class LinkMember:
     """A vehicle on a link."""
 
-    heard_s: float
+    last_heard_s: float
     """When it was last heard there."""
     signed: bool
     """Its frames carry signatures, 13 bytes each."""

@@ -90,7 +90,7 @@ class RateController:
         for link in self._links.values():
             member = link.members.get(vehicle.id)
             if member is not None:
-                link.members[vehicle.id] = LinkMember(member.heard_s, member.signed)
+                link.members[vehicle.id] = LinkMember(member.last_heard_s, member.signed)
 
     def radio_status(self, link: str, fields: dict[str, Any]) -> None:
         """A RADIO_STATUS or RADIO message of that link's radio came."""
@@ -107,8 +107,8 @@ class RateController:
         link_rates = self._links.get(link)
         if link_rates is None or link_rates.radio is None:
             return None
-        heard_s, fields = link_rates.radio
-        return radio_report(fields, self._clock.now() - heard_s)
+        last_heard_s, fields = link_rates.radio
+        return radio_report(fields, self._clock.now() - last_heard_s)
 
     def plan(self, link: str) -> dict[int, float]:
         """Hz by message id that each vehicle on that link is to send now; empty where nothing is requested."""
@@ -132,20 +132,20 @@ class RateController:
         """Update which vehicles are on which links, and their sets. A vehicle may load several links at once."""
         for vehicle in self._fleet.vehicles.values():
             for path in vehicle.used_paths():
-                heard_s = path.heard_s
-                if now - heard_s > MEMBER_TIMEOUT_S:
+                last_heard_s = path.last_heard_s
+                if now - last_heard_s > MEMBER_TIMEOUT_S:
                     continue
                 link = self._link(path.source.link)
                 member = link.members.get(vehicle.id)
                 heartbeat = path.slots.get(0)
                 signed = heartbeat is not None and heartbeat.signed
                 if member is None:
-                    link.join(vehicle.id, LinkMember(heard_s, signed), now)
+                    link.join(vehicle.id, LinkMember(last_heard_s, signed), now)
                 else:
-                    member.heard_s, member.signed = heard_s, signed
+                    member.last_heard_s, member.signed = last_heard_s, signed
         for link in self._links.values():
             for vehicle_id, member in list(link.members.items()):
-                if now - member.heard_s > MEMBER_TIMEOUT_S or vehicle_id not in self._fleet.vehicles:
+                if now - member.last_heard_s > MEMBER_TIMEOUT_S or vehicle_id not in self._fleet.vehicles:
                     link.leave(vehicle_id, now)
             link.plan(now)
             self._report(link, now)
@@ -247,7 +247,7 @@ class RateController:
 
 def _is_reachable(link: LinkRates, vehicle: Vehicle, now: float) -> bool:
     """Whether a request would go over that link and be heard. A vehicle on HIGH_LATENCY2 is asked nothing."""
-    silent = now - vehicle.heard_s > SILENT_S or vehicle.telemetry.high_latency_s > vehicle.telemetry.heartbeat_s
+    silent = now - vehicle.last_heard_s > SILENT_S or vehicle.telemetry.high_latency_s > vehicle.telemetry.heartbeat_s
     return vehicle.link == link.name and not silent
 
 

@@ -187,7 +187,7 @@ class VehicleTasks:
         if not self._parts.comms.uplink.is_ours(vehicle):
             return "not one of our simulated vehicles: this station is SIM"
         if vehicle.freshness(now) is Freshness.LOST:
-            return f"LOST: last heard {now - vehicle.heard_s:.0f} s ago"
+            return f"LOST: last heard {now - vehicle.last_heard_s:.0f} s ago"
         # A mode may be a stop (hold, return, land); `_set_mode` refuses the others.
         stops = isinstance(request, s.SetMode)
         return vehicle.why_not_commanded if isinstance(request, s.Change) and not stops else ""

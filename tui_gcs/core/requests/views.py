@@ -44,7 +44,7 @@ def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
         armed=vehicle.telemetry.armed,
         in_flight=may_be_flying(vehicle),
         freshness=vehicle.freshness(now).value,
-        heard_age_s=now - vehicle.heard_s,
+        heard_age_s=now - vehicle.last_heard_s,
         signing=vehicle.identity.signing.value,
         ready=health.ready and not emergency and not identity,
         problems=(*emergency, *identity, *(s.ProblemRow(text=p.text, blocks=p.blocks) for p in health.problems)),

@@ -148,7 +148,7 @@ class LinkTimingService:
                 return
 
     def _may_ask(self, vehicle: Vehicle, now: float) -> bool:
-        heard = vehicle.identity.confirmed and now - vehicle.heard_s <= SILENT_S
+        heard = vehicle.identity.confirmed and now - vehicle.last_heard_s <= SILENT_S
         return (
             heard
             and not vehicle.path.high_latency

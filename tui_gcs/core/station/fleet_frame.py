@@ -53,7 +53,7 @@ def fleet_frame(
         gps_fix=tuple([t.gps_fix for t in reports]),
         satellites=tuple([t.satellites for t in reports]),
         age_s=tuple([now - t.position_s for t in reports]),
-        heard_age_s=tuple([now - v.heard_s for v in vehicles]),
+        heard_age_s=tuple([now - v.last_heard_s for v in vehicles]),
         loss_pct=tuple([v.loss_pct for v in vehicles]),
         slot=tuple([f.slot if f else "" for f in rows]),
         slot_error_m=tuple(

@@ -1,4 +1,4 @@
-"""What the station does about vehicles whose position or mode it cannot trust: it holds those that it steers."""
+"""What the station does when a vehicle's position or mode cannot be trusted: it holds those that it steers."""
 
 from tui_gcs.core.base.clock import WallClockMonitor, wall_clock_warning
 from tui_gcs.core.fleet.integrity.navigation_integrity import NavigationIntegrityMonitor
@@ -48,7 +48,7 @@ class IntegrityResponse:
             self._records.events.report(EventClass.CONNECTION, "station", wall_clock_warning(by_s), WARNING)
 
     def look_at_positions(self) -> None:
-        """Hold vehicles whose position jumped, and compare their heights with those of their GPS."""
+        """Hold vehicles after a position jump, and compare their heights with those of their GPS."""
         vehicles = self._picture.fleet.vehicles
         for vehicle, far_m in self._picture.jump_monitor.look(vehicles.values()):
             self._hold_jumped(vehicle, far_m)

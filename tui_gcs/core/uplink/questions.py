@@ -1,6 +1,6 @@
 """Questions: frames that change nothing a vehicle does, and therefore need no verdict of the guard.
 
-They ask for information or for messages at a rate, answer what the vehicle asked, or announce who we are. Everything
+They ask for information or for messages at a rate, answer what the vehicle asked, or announce this station. Everything
 that is not listed here needs an `Order` or a set-point's verdict; so no order can leave as a question.
 """
 

@@ -148,7 +148,7 @@ class Uplink:
     def foreign(self, vehicle_id: int, raw: bytes, order: Order) -> str:
         """Pass on another station's frame, unchanged, if the guard lets it. Returns "" or why not.
 
-        It is journalled with its source, which is who ordered it.
+        It is journalled with its source as the one that ordered it.
 
         The frame keeps its sender, so one for a vehicle with a key cannot be signed here: it is refused.
         """

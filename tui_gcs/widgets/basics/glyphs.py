@@ -129,7 +129,7 @@ def glyph_set(ascii_only: bool) -> GlyphSet:
 
 
 def next_dots(dots: Dots) -> Dots:
-    """The next way to draw dots, for an operator who looks for one that the terminal's font has."""
+    """The next way to draw dots: the operator tries them until the terminal's font has one."""
     ways: tuple[Dots, ...] = ("braille", "blocks", "letters")
     return ways[(ways.index(dots) + 1) % len(ways)]
 

@@ -22,7 +22,7 @@ def unconfirmed(number: int = 1, **traits: Any) -> Vehicle:
     """First heard at 0, last at 1 s."""
     vehicle = a_vehicle(number, first_heard_s=0.0, **traits)
     vehicle.path.autopilot_stream = Stream(vehicle.path.source)
-    vehicle.path.autopilot_stream.heard_s = 1.0
+    vehicle.path.autopilot_stream.last_heard_s = 1.0
     return vehicle
 
 

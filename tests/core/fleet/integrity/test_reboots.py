@@ -12,8 +12,8 @@ def test_a_reboot_is_noticed_within_two_seconds_and_everything_is_asked_again_on
     vehicle.telemetry.prearm_ok, vehicle.telemetry.home_m = True, (1.0, 2.0, 0.0)
     flight.sim._pilots[0].restart(flight.sim._now_us)
     flight.run(0.1)
-    heard_s = vehicle.telemetry.heartbeat_s
-    flight.until(lambda: vehicle.telemetry.heartbeat_s > heard_s, 5.0, "heard again")
+    last_heard_s = vehicle.telemetry.heartbeat_s
+    flight.until(lambda: vehicle.telemetry.heartbeat_s > last_heard_s, 5.0, "heard again")
     since_s = flight.clock.now()
     flight.until(lambda: vehicle.integrity.reboots == 1, 2.0, "reboot noticed")
     assert not vehicle.telemetry.prearm_ok and vehicle.telemetry.home_m is None and vehicle.telemetry.satellites == -1

@@ -1,6 +1,6 @@
 """The newest heartbeats of a vehicle, and whether those from another address only repeat them.
 
-Who replays what a vehicle has sent must not make it look like two. A second vehicle sends the same few heartbeats, too,
+A replay of a vehicle's frames must not make it look like two. A real second vehicle sends the same few heartbeats, too,
 but not in the order of the first one's: frames between them move the sequence number on.
 """
 

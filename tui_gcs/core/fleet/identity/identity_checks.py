@@ -58,7 +58,7 @@ class IdentityMonitor:
         for vehicle in vehicles:
             number, path = vehicle.id, vehicle.path
             stream, slot = path.autopilot_stream, path.slots.get(GLOBAL_POSITION_INT)
-            if stream is None or now - stream.heard_s > MIN_SILENCE_S:
+            if stream is None or now - stream.last_heard_s > MIN_SILENCE_S:
                 quiet.add(number)
                 continue
             position_s = slot.t_s if slot is not None else -math.inf
@@ -121,7 +121,7 @@ class IdentityMonitor:
                 del self._checks[number]
             elif now >= check.next_s:
                 check.next_s, check.gap_s = now + check.gap_s, min(2 * check.gap_s, MAX_REQUEST_S)
-                if now - check.vehicle.path.heard_s < MIN_SILENCE_S:
+                if now - check.vehicle.path.last_heard_s < MIN_SILENCE_S:
                     due.append(check.vehicle)
         return due
 

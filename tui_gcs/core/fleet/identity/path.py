@@ -71,12 +71,12 @@ class Path:
     """In how many checks in a row it was fresher than the path in use."""
 
     @property
-    def heard_s(self) -> float:
+    def last_heard_s(self) -> float:
         """When the autopilot was last heard over this path.
 
         Companions, cameras and modems do not count: they may outlive it.
         """
-        return self.autopilot_stream.heard_s if self.autopilot_stream is not None else -math.inf
+        return self.autopilot_stream.last_heard_s if self.autopilot_stream is not None else -math.inf
 
     @property
     def position(self) -> Slot | None:

@@ -116,7 +116,7 @@ class PathSelector:
             others = [path for path in vehicle.paths if path.state is not PathState.USED]
             if not others:
                 return None
-            self._drop(vehicle, min(others, key=lambda path: path.heard_s))
+            self._drop(vehicle, min(others, key=lambda path: path.last_heard_s))
         path = Path(source, PathState.CANDIDATE, self._clock.now())
         if shares_link(vehicle, path):
             path.state = PathState.CONFLICT
@@ -148,11 +148,11 @@ class PathSelector:
             path.uid, path.answered = uid_of(slot), True
         elif slot.msgid == HEARTBEAT and self._is_replay(vehicle, path, slot):
             self._report(vehicle, "its own heartbeats come again from another address: a replay", WARNING, every_s=30)
-        elif slot.msgid == HEARTBEAT and now - vehicle.heard_s < MIN_SECOND_SOURCE_S:
+        elif slot.msgid == HEARTBEAT and now - vehicle.last_heard_s < MIN_SECOND_SOURCE_S:
             newest_s = path.heartbeats_s[1 - MAX_HEARTBEATS :]
             path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_SOURCE_WINDOW_S), now]
         # Once the vehicle is silent, this may be its new address.
-        if now - vehicle.heard_s > MIN_SILENCE_TO_REBIND_S:
+        if now - vehicle.last_heard_s > MIN_SILENCE_TO_REBIND_S:
             self._on_silence(vehicle, path, now)
         elif shares_link(vehicle, path):
             path.state = PathState.CONFLICT
@@ -182,11 +182,11 @@ class PathSelector:
         path.proven_s = now
         before = next((used for used in vehicle.used_paths() if used.source.link == path.source.link), None)
         if before is not None:
-            if path.displaced or (not copy and now - before.heard_s > PATH_TIMEOUT_S):
+            if path.displaced or (not copy and now - before.last_heard_s > PATH_TIMEOUT_S):
                 self._displace(vehicle, before, path)
         elif not copy:
             self._accept(vehicle, path, "proven by its signature")
-            if now - vehicle.path.heard_s > PATH_TIMEOUT_S:
+            if now - vehicle.path.last_heard_s > PATH_TIMEOUT_S:
                 self._use(vehicle, path)
         else:
             path.repeated_frames += 1
@@ -256,7 +256,7 @@ class PathSelector:
                 if (
                     path.state is PathState.USED
                     or now < path.next_request_s
-                    or now - path.heard_s >= MIN_SILENCE_TO_REBIND_S
+                    or now - path.last_heard_s >= MIN_SILENCE_TO_REBIND_S
                 ):
                     continue
                 if path.state is PathState.CANDIDATE or not shares_link(vehicle, path):
@@ -317,7 +317,7 @@ class PathSelector:
             if other.source.link == path.source.link:
                 other.displaced = other is before and not came_back
         # Stops go to the displaced address for a while longer: the new one may be a relay.
-        before.proven_s = before.heard_s
+        before.proven_s = before.last_heard_s
         _withdraw(before, PathState.CONFLICT)
         path.state = PathState.USED
         path.source.vehicle_count += 1
@@ -392,15 +392,17 @@ class PathSelector:
     def _choose(self, vehicle: Vehicle, now: float, *, look: bool) -> None:
         if look:
             self._forget_silent(vehicle, now)
-        used, silent_s = vehicle.path, now - vehicle.path.heard_s
+        used, silent_s = vehicle.path, now - vehicle.path.last_heard_s
         others = [path for path in vehicle.used_paths() if path is not used]
-        fresh = [path for path in others if not path.high_latency and now - path.heard_s < PATH_TIMEOUT_S]
+        fresh = [path for path in others if not path.high_latency and now - path.last_heard_s < PATH_TIMEOUT_S]
         if fresh and (silent_s > PATH_TIMEOUT_S or used.high_latency):
-            self._use(vehicle, max(fresh, key=lambda path: path.heard_s))
+            self._use(vehicle, max(fresh, key=lambda path: path.last_heard_s))
         elif not fresh and silent_s > LOST_AFTER_S and not used.high_latency:
-            distant = [path for path in others if path.high_latency and now - path.heard_s < HIGH_LATENCY_LOST_AFTER_S]
+            distant = [
+                path for path in others if path.high_latency and now - path.last_heard_s < HIGH_LATENCY_LOST_AFTER_S
+            ]
             if distant:
-                self._use(vehicle, max(distant, key=lambda path: path.heard_s))
+                self._use(vehicle, max(distant, key=lambda path: path.last_heard_s))
         elif look:
             self._apart(vehicle, others, now)
             for path in others if vehicle.path is used else ():
@@ -428,7 +430,7 @@ class PathSelector:
         if vehicle.duplicate_filter is not None:
             vehicle.duplicate_filter.prune(now)
         for path in list(vehicle.paths):
-            if path.state is not PathState.USED and now - max(path.heard_s, path.since_s) > UNACCEPTED_TIMEOUT_S:
+            if path.state is not PathState.USED and now - max(path.last_heard_s, path.since_s) > UNACCEPTED_TIMEOUT_S:
                 self._drop(vehicle, path)
 
     def check_boot_time(self, vehicle: Vehicle, boot_ms: int, now: float) -> BootTimeResult:

@@ -37,7 +37,7 @@ class UnconfirmedSystemMonitor:
         return [
             vehicle
             for vehicle in unconfirmed
-            if not vehicle.telemetry.armed and now - vehicle.heard_s > SILENCE_BEFORE_REMOVAL_S
+            if not vehicle.telemetry.armed and now - vehicle.last_heard_s > SILENCE_BEFORE_REMOVAL_S
         ]
 
 

@@ -6,6 +6,6 @@ the operator. `TrafficService` keeps the aircraft that ADS-B receivers hear. `Se
 request handlers and the fleet frame use them.
 
 An order counts as carried out when its effect was reported, not when it was acknowledged; where a device reports no
-effect, the result says so. Tables are bounded, because anybody on the network can fill them. Nothing is fetched from an
-address that a device names.
+effect, the result shows that. Tables are bounded, because any sender on the network can fill them. Nothing is fetched
+from an address that a device names.
 """

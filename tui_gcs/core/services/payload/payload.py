@@ -48,7 +48,7 @@ class PayloadService:
             "what it carries",
             RetryClass.SET,
             send=send,
-            confirmed=lambda _: self._context.clock.now() >= now + ANSWER_TIMEOUT_S and vehicle.heard_s > now,
+            confirmed=lambda _: self._context.clock.now() >= now + ANSWER_TIMEOUT_S and vehicle.last_heard_s > now,
             on_done=done,
             housekeeping=True,
         )

@@ -1,6 +1,6 @@
 """Aircraft that vehicles receive by ADS-B (ADSB_VEHICLE): a table of the newest, for the map.
 
-Anybody can send such messages, so at most `MAX_TRACKS` are kept; the oldest are dropped first (docs/threats.md
+Any sender can forge such messages, so at most `MAX_TRACKS` are kept; the oldest are dropped first (docs/threats.md
 B.6-106).
 """
 

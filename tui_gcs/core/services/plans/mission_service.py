@@ -142,7 +142,9 @@ class MissionService:
             state = self.state(vehicle.id)
             held = state.held[PlanKind.MISSION].plan
             # Only vehicles with a mission: on a poor link every request costs telemetry.
-            if ((held is not None and held.items) or dialect.flies_mission(vehicle)) and now - state.heard_s > SILENT_S:
+            if (
+                (held is not None and held.items) or dialect.flies_mission(vehicle)
+            ) and now - state.last_heard_s > SILENT_S:
                 self._context.request_message(vehicle.id, MISSION_CURRENT)
 
     def _submit(self, job: J, on_done: OnDone | None, first: bool) -> J:
@@ -196,7 +198,7 @@ class MissionService:
 
     def _on_current(self, vehicle: Vehicle, fields: Fields) -> None:
         state = self.state(vehicle.id)
-        state.heard_s = self._context.clock.now()
+        state.last_heard_s = self._context.clock.now()
         state.progress = PROGRESS.get(fields.get("mission_state", 0), MissionProgress.UNKNOWN)
         total = fields.get("total", 0)
         if total == NO_MISSION or (total == 0 and state.progress is MissionProgress.NO_MISSION):
@@ -231,7 +233,7 @@ class MissionService:
         job = self._context.jobs.running(vehicle)
         at_work = isinstance(job, PlanJob) and job.kind is kind
         # During and shortly after a transfer reports are late, and may still be of the old plan.
-        if not why or at_work or state.heard_s - state.changed_s.get(kind, -math.inf) < LATE_REPORT_S:
+        if not why or at_work or state.last_heard_s - state.changed_s.get(kind, -math.inf) < LATE_REPORT_S:
             state.contradictions[kind] = 0
             return
         state.contradictions[kind] = state.contradictions.get(kind, 0) + 1

@@ -57,7 +57,7 @@ class DownloadDialogue:
         self._wanted = 0
         """The item that is requested now."""
         self._tries, self._asked_s, self._next_s, self._first_s = 0, 0.0, 0.0, 0.0
-        self._heard_s = 0.0
+        self._last_heard_s = 0.0
         self._restarts = self._recounts = 0
 
     @property
@@ -80,7 +80,7 @@ class DownloadDialogue:
         if self.over or now < self._next_s:
             return
         self._timer.add_loss()
-        if self.count is not None and now - self._heard_s > self._gives_up_s:
+        if self.count is not None and now - self._last_heard_s > self._gives_up_s:
             self._restart(f"{self._channel.item(self._wanted, self.count)} does not come", now)
         elif self._tries < (COUNT_TRIES if self.count is None else TRIES):
             self._ask(now)
@@ -93,7 +93,7 @@ class DownloadDialogue:
         """Take a message about this kind of plan that is addressed to us."""
         if self.over:
             return
-        self._heard_s = now
+        self._last_heard_s = now
         if name == "MISSION_COUNT":
             self._on_count(fields["count"], fields.get("opaque_id", 0), now)
         elif name == "MISSION_ITEM_INT":

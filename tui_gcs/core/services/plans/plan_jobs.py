@@ -382,14 +382,14 @@ class UploadJob(PlanJob):
         """What MISSION_CURRENT reports of this plan since it was accepted; None if nothing yet."""
         state = self._state
         # An earlier report may be of the old plan.
-        if state.heard_s < acked_s + MIN_JUDGEMENT_S or state.total != len(self.plan.items):
+        if state.last_heard_s < acked_s + MIN_JUDGEMENT_S or state.total != len(self.plan.items):
             return None
         number = state.ids.get(self.kind, 0)
         if number and self._opaque_id and number != self._opaque_id:
             return None
         if state.progress is not MissionProgress.UNKNOWN:
             return state.progress is not MissionProgress.NO_MISSION
-        if state.heard_s < acked_s + (LOSSY_JUDGEMENT_S if vehicle.loss_pct > 0 else SILENT_JUDGEMENT_S):
+        if state.last_heard_s < acked_s + (LOSSY_JUDGEMENT_S if vehicle.loss_pct > 0 else SILENT_JUDGEMENT_S):
             return None
         return self._opaque_id not in self._held.rejected
 

@@ -60,7 +60,7 @@ class MissionState:
     total: int | None = None
     """The number of items on board as it reports it; None if it does not."""
     progress: MissionProgress = MissionProgress.UNKNOWN
-    heard_s: float = -math.inf
+    last_heard_s: float = -math.inf
     """Station time of the last MISSION_CURRENT."""
     ids: dict[PlanKind, int] = field(default_factory=dict)
     """Numbers of the plans on board in the newest MISSION_CURRENT, 0 for those it does not number."""

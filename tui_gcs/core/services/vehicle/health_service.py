@@ -73,7 +73,7 @@ class HealthService:
         freshness = vehicle.freshness(now)
         found = []
         if freshness is Freshness.LOST:
-            found.append(HealthProblem(f"LOST: silent for {now - vehicle.heard_s:.0f} s", blocks=True))
+            found.append(HealthProblem(f"LOST: silent for {now - vehicle.last_heard_s:.0f} s", blocks=True))
         elif freshness is Freshness.STALE:
             found.append(HealthProblem("no position is heard", blocks=True))
         if vehicle.why_not_commanded:

@@ -413,7 +413,7 @@ class VehicleEvents:
 def _firmware(vehicle: Vehicle) -> Firmware | None:
     """Return what vehicles share that need only one metadata file; None if a vehicle did not report it.
 
-    A vehicle with signed frames does not share with one without: anybody on the network can forge frames of the latter.
+    A vehicle with signed frames does not share with one without, because unsigned frames can be forged.
     """
     token = vehicle.identity.firmware_token
     return (
