@@ -53,7 +53,7 @@ def test_zero_turns_it_off(rig) -> None:
 def test_one_that_an_operator_holds_stays_and_one_that_the_station_holds_returns(rig) -> None:
     flight = flying(rig)
     assert flight.ask(m.Hold(vehicles=(1,))).ok
-    flight.station.flight.executive.hold((2,), asked=False)
+    flight.station.flight.executive.hold((2,), ordered=False)
     drain(flight, 1, 0.1), drain(flight, 2, 0.1)
     flight.until(lambda: flight.phase(2) is Phase.RETURNING, 10.0, "returns")
     flight.run(10.0)

@@ -27,6 +27,6 @@ def test_a_degraded_position_is_taken_for_as_near_as_it_may_be(error_m: float, s
     ]
     flying[1].integrity.position_error_m = error_m
     flying[2].integrity.position_error_m = 12.0
-    monitor.watch(flying)
+    monitor.look(flying)
     assert monitor.violations == seen
     assert monitor.min_separation_m == pytest.approx(40.0), "as the positions were told"

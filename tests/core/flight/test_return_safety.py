@@ -186,7 +186,7 @@ def seen_by_the_monitor(at_m: Vec3, home_m: Vec3) -> int:
         }
     )
     monitor = FleetMonitor(guard, book)
-    monitor.watch([hovering(1, at_m), hovering(2, (at_m[0] + 1.0, at_m[1], at_m[2]))])
+    monitor.look([hovering(1, at_m), hovering(2, (at_m[0] + 1.0, at_m[1], at_m[2]))])
     return monitor.violations
 
 

@@ -76,7 +76,7 @@ def test_a_stop_with_nobody_in_the_air_changes_nothing(stop: str) -> None:
 def test_a_hold_that_nobody_asked_for_leaves_a_vehicle_to_its_own_failsafe() -> None:
     watch = in_flight(2)
     watch.vehicle(2).telemetry.custom_mode, watch.vehicle(2).telemetry.system_status = RTL, 5
-    assert list(texts(watch.executive.hold((), asked=False))) == [1]
+    assert list(texts(watch.executive.hold((), ordered=False))) == [1]
     assert watch.phases() == [Phase.HOLDING, Phase.FLYING] and watch.flight(1).held_by_station
     watch.run(0.5)
     assert watch.orders(2) == []
@@ -440,7 +440,7 @@ def test_a_failsafe_while_it_is_stopped_counts_more_than_a_veto_and_less_than_an
     """It says RTL while a hold is still being said: of the guard's making in FLYING, an operator's in HOLDING."""
     watch = in_flight(1)
     watch.flies(1, (0.0, 100.0, 30.0), phase, moving=(3.0, 0.0, 0.0))
-    watch.steering.hold(watch.vehicle(1), asked=not goes_on)
+    watch.steering.hold(watch.vehicle(1), ordered=not goes_on)
     watch.place(1, (0.0, 100.0, 30.0), moving=(3.0, 0.0, 0.0), custom_mode=RTL, system_status=5)
     watch.run(1.0).sent.clear()
     watch.run(2.0)

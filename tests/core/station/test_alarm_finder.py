@@ -261,7 +261,7 @@ def test_outside_the_area(flight: Rig) -> None:
 def test_two_that_are_too_close_are_both_named(flight: Rig) -> None:
     one = vehicle(flight, 1).telemetry.position_m
     with with_fields(vehicle(flight, 3), position_m=(one[0] + 1.5, one[1], one[2])):
-        flight.station.flight.monitor.watch(flight.station.picture.fleet.vehicles.values())
+        flight.station.flight.monitor.look(flight.station.picture.fleet.vehicles.values())
     wrong = found(flight)
     assert wrong == {"separation": [(1, "2 m from vehicle 3"), (3, "2 m from vehicle 1")]}
     assert found(flight) == {}
@@ -272,7 +272,7 @@ def test_one_without_a_position_may_be_too_close_from_afar_and_that_is_said(flig
     one, other = vehicle(flight, 1), vehicle(flight, 3)
     x, y, z = one.telemetry.position_m
     with with_fields(other, position_m=(x + 40.0, y, z), position_error_m=float("inf")):
-        flight.station.flight.monitor.watch(flight.station.picture.fleet.vehicles.values())
+        flight.station.flight.monitor.look(flight.station.picture.fleet.vehicles.values())
         told = dict(found(flight)["separation"])
     assert told[1] == "40 m from vehicle 3, known to ±100 m only"
 

@@ -5,6 +5,7 @@ its station knew of a veto only, while another one flew it away at 9.7 m/s.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -42,9 +43,8 @@ class CourseMonitor:
     """Looks at all vehicles that this station steers; `found` holds what they do instead."""
 
     def __init__(self, services: FlightServices) -> None:
-        self._fleet, self._flights = services.fleet, services.flights
-        self._events, self._clock = services.events, services.clock
-        self._firmware = services.firmware
+        self._other_stations, self._flights = services.fleet.other_stations, services.flights
+        self._events, self._firmware = services.events, services.firmware
         self._courses: dict[int, _Course] = {}
         self._missions: dict[int, float] = {}
         """Vehicles of no team on missions that this station started, by when they were last seen to fly them."""
@@ -55,26 +55,27 @@ class CourseMonitor:
         """A vehicle of no team was sent on its mission; the executive watches those of teams."""
         self._missions[vehicle] = math.nan
 
-    def tick(self) -> None:
-        """Look at every vehicle; to be called some times a second."""
-        now, found = self._clock.now(), {}
+    def look(self, vehicles: Mapping[int, Vehicle], now: float) -> dict[int, str]:
+        """Bring `found` up to date and return it; to be called some times a second."""
+        found = {}
         for flight in self._flights:
-            vehicle = self._fleet.vehicles.get(flight.vehicle)
+            vehicle = vehicles.get(flight.vehicle)
             if vehicle is None or vehicle.freshness(now) is not Freshness.OK or not vehicle.telemetry.airborne:
                 self._courses.pop(flight.vehicle, None)
             elif text := self._strays(flight, vehicle, now):
                 found[vehicle.id] = text
-        found |= self._off_mission(now)
+        found |= self._off_mission(vehicles, now)
         for vehicle_id in found.keys() - self.found.keys():
-            stations = self._fleet.other_stations.words(self._fleet.vehicles[vehicle_id], now)
+            stations = self._other_stations.words(vehicles[vehicle_id], now)
             text = f"does not follow this station: {found[vehicle_id]}" + (f"; {stations}" if stations else "")
             self._events.report(EventClass.MISSION, f"vehicle {vehicle_id}", text, WARNING, every_s=5)
         self.found = found
+        return found
 
-    def _off_mission(self, now: float) -> dict[int, str]:
+    def _off_mission(self, vehicles: Mapping[int, Vehicle], now: float) -> dict[int, str]:
         found = {}
         for vehicle_id, seen_s in list(self._missions.items()):
-            vehicle = self._fleet.vehicles.get(vehicle_id)
+            vehicle = vehicles.get(vehicle_id)
             if vehicle is None or not vehicle.telemetry.airborne:
                 del self._missions[vehicle_id]
             elif self._firmware.of(vehicle).flies_mission(vehicle):

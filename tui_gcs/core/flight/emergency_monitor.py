@@ -5,14 +5,13 @@ in GUIDED, armed and "in the air", and was on the ground at 12.9 m/s after 4 s.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 from tui_gcs.core.fleet.telemetry import struct_reader
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flight_services import FlightServices
-from tui_gcs.core.flight.flights import Flight, HoldStep
+from tui_gcs.core.flight.flights import Flight, FlightTable, HoldStep
 from tui_gcs.core.protocol.common import Freshness, Phase
 
 MAX_SINK_M_S, SINK_BAND_M_S = 6.0, 4.0
@@ -64,23 +63,22 @@ class _ArmedWatch:
 class EmergencyMonitor:
     """Looks at all armed vehicles; `found` holds the emergencies that last."""
 
-    def __init__(self, services: FlightServices, give_up: Callable[[Vehicle, str], None]) -> None:
+    def __init__(self, flights: FlightTable, give_up: Callable[[Vehicle, str], None]) -> None:
         """`give_up` is called when an emergency begins, with its vehicle and text."""
-        self._fleet, self._flights, self._clock = services.fleet, services.flights, services.clock
-        self._give_up = give_up
+        self._flights, self._give_up = flights, give_up
         self._watches: dict[int, _ArmedWatch] = {}
         self.found: dict[int, Emergency] = {}
         """By vehicle."""
 
-    def tick(self) -> None:
-        """Look at every vehicle; to be called some times a second."""
-        now = self._clock.now()
-        for vehicle in self._fleet.vehicles.values():
+    def look(self, vehicles: Mapping[int, Vehicle], now: float) -> dict[int, Emergency]:
+        """Bring `found` up to date and return it; to be called some times a second."""
+        for vehicle in vehicles.values():
             if not vehicle.telemetry.armed:
                 self._watches.pop(vehicle.id, None)
                 self.found.pop(vehicle.id, None)
             elif vehicle.freshness(now) is Freshness.OK:
                 self._look(vehicle, now)
+        return self.found
 
     def _look(self, vehicle: Vehicle, now: float) -> None:
         watch = self._watches.setdefault(vehicle.id, _ArmedWatch())

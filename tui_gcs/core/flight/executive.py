@@ -94,16 +94,16 @@ class Executive:
         *,
         by: str = STATION,
         stays: str = HELD_BY_NAME,
-        asked: bool = True,
+        ordered: bool = True,
     ) -> tuple[VehicleResult, ...]:
         """Hold at once: these vehicles, or every vehicle of a team. A start under way is cancelled.
 
         Those in `but` are left out; `by` ordered it, for the journal.
 
         Vehicles of no team, or that cannot be commanded, are named as such in the results. Named vehicles do not go on
-        when all are resumed, for the reason `stays`. With `asked` False the station holds by itself: a vehicle that is
-        flown by its own failsafe is then left to it.
-        """
+        when all are resumed, for the reason `stays`. With `ordered` False the station holds by itself: a vehicle that is
+        when all are resumed, for the reason `stays`. With `ordered` False the station holds by itself: a vehicle that
+        is flown by its own failsafe is then left to it.
         now = self._clock.now()
         self.resume_found = False
         results = []
@@ -120,8 +120,8 @@ class Executive:
                 why = why or self._why_left_to_itself(flight, vehicle, by_name=bool(vehicles))
             if flight is None or why:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
-            elif asked or not self._firmware.of(vehicle).acts_by_itself(vehicle):
-                results.append(self._hold_one(vehicle, flight, now, by=by, asked=asked))
+            elif ordered or not self._firmware.of(vehicle).acts_by_itself(vehicle):
+                results.append(self._hold_one(vehicle, flight, now, by=by, ordered=ordered))
                 flight.stays = flight.stays or (stays if vehicles else "")
         if not vehicles and self.run is not RunPhase.IDLE:
             # A hold of named vehicles does not end the run of the others.
@@ -130,7 +130,7 @@ class Executive:
 
     def hold_for_separation(self, vehicle: Vehicle, stays: str) -> None:
         """Hold one vehicle before it comes too close to another; `stays` is why it does not go on with the others."""
-        self.hold((vehicle.id,), stays=stays, asked=False)
+        self.hold((vehicle.id,), stays=stays, ordered=False)
 
     def resume(self, vehicles: tuple[int, ...] = ()) -> Reply:
         """Give these vehicles, or all that hold, back to their planners; named ones also from manual control.
@@ -447,7 +447,7 @@ class Executive:
             self._hold_one(vehicle, flight, now)
 
     def _hold_one(
-        self, vehicle: Vehicle, flight: Flight, now: float, *, by: str = STATION, asked: bool = True
+        self, vehicle: Vehicle, flight: Flight, now: float, *, by: str = STATION, ordered: bool = True
     ) -> VehicleResult:
         self._commands.cancel(vehicle.id)
         flight.stays = flight.own_activity()
@@ -459,8 +459,8 @@ class Executive:
         elif landing and is_down(vehicle):
             step, text = HoldStep.TOUCHED_DOWN, "has touched down"
         flight.enter(Phase.HOLDING, now, step)
-        flight.held_by_station = not asked
-        self._steering.hold(vehicle, by=by, asked=asked)
+        flight.held_by_station = not ordered
+        self._steering.hold(vehicle, by=by, ordered=ordered)
         return VehicleResult(vehicle=vehicle.id, ok=True, text=text)
 
     def _give_to_planner(self, flight: Flight, now: float) -> None:

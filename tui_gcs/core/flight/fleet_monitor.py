@@ -45,7 +45,7 @@ class FleetMonitor:
         close, self._close = self._close, {}
         return close
 
-    def watch(self, vehicles: Iterable[Vehicle]) -> None:
+    def look(self, vehicles: Iterable[Vehicle]) -> None:
         """Take one sample of all vehicles."""
         flying = [v for v in vehicles if v.telemetry.airborne and v.telemetry.has_position()]
         if flying:

@@ -138,10 +138,10 @@ class Steering:
             else state
         )
 
-    def hold(self, vehicle: Vehicle, *, by: str = STATION, asked: bool = True) -> None:
+    def hold(self, vehicle: Vehicle, *, by: str = STATION, ordered: bool = True) -> None:
         """Stop a vehicle and repeat that until telemetry shows it at rest. A hold is never judged.
 
-        `by` ordered it, for the journal. With `asked` False no operator asked for it: it is then not sent while the
+        `by` ordered it, for the journal. With `ordered` False no operator asked for it: it is then not sent while the
         vehicle's own failsafe flies it.
         """
         flight, firmware = self._flights.get(vehicle.id), self._firmware.of(vehicle)
@@ -149,7 +149,7 @@ class Steering:
             flight.limited_m_s = math.nan
         action = firmware.hold(vehicle, self._stop_places(vehicle))
         action.by = by
-        if not asked:
+        if not ordered:
             send_copy = action.send
 
             # Asked before every copy: a failsafe may begin while the hold is being repeated.
@@ -287,7 +287,7 @@ class Steering:
             flight.vetoed = ""
         else:
             if not flight.vetoed:
-                self.hold(vehicle, by=GUARD, asked=False)
+                self.hold(vehicle, by=GUARD, ordered=False)
             flight.vetoed = why
         if isinstance(flight.course, Orbit):
             # An orbit is flown by the clock: it would go round without the vehicle for ever.

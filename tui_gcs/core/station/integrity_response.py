@@ -40,7 +40,7 @@ class IntegrityResponse:
         text = f"stood still for {self.stall_detector.lasted_s:.1f} s: {held}computer overloaded?"
         self._records.events.report(EventClass.CONNECTION, "station", text, ALERT)
         if flying:
-            self._flight.executive.hold(flying, stays="", asked=False)
+            self._flight.executive.hold(flying, stays="", ordered=False)
 
     def look_at_clock(self) -> None:
         """Warn when the computer's wall clock was set."""
@@ -63,7 +63,7 @@ class IntegrityResponse:
                 self._records.events.report(EventClass.SENSOR, f"vehicle {vehicle}", text, WARNING)
                 # Only once per doubt: an operator who gives it back to its planner all the same means it.
                 self._self_doubts.answer(vehicle)
-                self._flight.executive.hold((vehicle,), stays=DOUBTED, asked=False)
+                self._flight.executive.hold((vehicle,), stays=DOUBTED, ordered=False)
 
     def _hold_jumped(self, vehicle: Vehicle, far_m: float) -> None:
         text = f"its position jumped by {far_m:.0f} m: before or after that it is not where it reports"
@@ -79,4 +79,4 @@ class IntegrityResponse:
             flight.stays = flight.stays or JUMPED
         else:
             # Also where it holds already: it would fly back to the place where it seemed to be.
-            self._flight.executive.hold((vehicle.id,), stays=JUMPED, asked=False)
+            self._flight.executive.hold((vehicle.id,), stays=JUMPED, ordered=False)

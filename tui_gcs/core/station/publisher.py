@@ -66,7 +66,7 @@ class Publisher:
         for controller in self._parts.active.team_controllers.values():
             controller.measure()
         self._parts.flight.points.tick()
-        self._parts.flight.monitor.watch(self._parts.picture.fleet.vehicles.values())
+        self._parts.flight.monitor.look(self._parts.picture.fleet.vehicles.values())
         yield
         # Each piece takes milliseconds with 250 vehicles; a HOLD may be answered between them.
         frame = self.frame()

@@ -109,8 +109,7 @@ class Station:
             TickTask("Remote ID", self.parts.operator_id.tick),
             TickTask("reboots", picture.reboots.tick),
             TickTask("phases", flight.executive.tick),
-            TickTask("emergencies", flight.emergencies.tick, ALARM_GAP_S),
-            TickTask("courses", flight.courses.tick, ALARM_GAP_S),
+            TickTask("monitors", self._look_at_flights, ALARM_GAP_S),
             TickTask("missions apart", flight.mission_separation.tick, ALARM_GAP_S),
             TickTask("batteries", flight.battery_return.tick, BATTERY_GAP_S),
             TickTask("firmware", comms.firmware.tick),
@@ -136,6 +135,11 @@ class Station:
         for source, heartbeat in self.picture.trust.due_time_frames():
             self.comms.uplink.send_time(source, heartbeat)
 
+    def _look_at_flights(self) -> None:
+        vehicles, now = self.picture.fleet.vehicles, self.records.clock.now()
+        self.flight.emergencies.look(vehicles, now)
+        self.flight.courses.look(vehicles, now)
+
     def _steer(self) -> None:
         """Send set-points; none right after a stall, when what is known of the vehicles may be from before it."""
         if self.integrity.stall_detector.catches_up:
@@ -144,7 +148,7 @@ class Station:
         for controller in self.active.team_controllers.values():
             silent = controller.tick()
             if silent:
-                self.flight.executive.hold(tuple(silent), stays="", asked=False)
+                self.flight.executive.hold(tuple(silent), stays="", ordered=False)
         self.flight.follow_control.tick()
         self.flight.steering.tick()
 

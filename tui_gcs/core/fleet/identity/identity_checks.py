@@ -48,10 +48,10 @@ class IdentityMonitor:
         self._banner_bytes: dict[int, int] = {}
         """Bytes of plain text from the source at the last boot banner, by vehicle."""
 
-    def look(self, vehicles: list[Vehicle], now: float, *, look: bool) -> list[Vehicle]:
+    def look(self, vehicles: list[Vehicle], now: float, *, check_sequences: bool) -> list[Vehicle]:
         """Start and end checks; returns the vehicles that start or cease to be `watched`.
 
-        With `look`, once a second, sequence numbers are checked, too.
+        With `check_sequences`, once a second, sequence numbers are checked, too.
         """
         checks, quiet, missing, known_banners = self._checks, self._quiet, self._missing, self._banner_bytes
         changed = []
@@ -67,7 +67,7 @@ class IdentityMonitor:
             banner = path.source.text_bytes > known_banners.get(number, 0)
             if banner or missing_positions or number in checks or number in quiet or number in missing:
                 self._update(vehicle, now, position_s, banner=banner, missing_positions=missing_positions)
-            if look and self._check_sequence(vehicle, now):
+            if check_sequences and self._check_sequence(vehicle, now):
                 changed.append(vehicle)
         return changed
 

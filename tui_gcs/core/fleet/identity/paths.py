@@ -378,7 +378,7 @@ class PathSelector:
         for vehicle in vehicles:
             if len(vehicle.paths) > 1:
                 self._choose(vehicle, now, look=look)
-        for vehicle in self._identity.look(vehicles, now, look=look):
+        for vehicle in self._identity.look(vehicles, now, check_sequences=look):
             self._renew(vehicle)
         for vehicle in vehicles:
             if vehicle.identity.blocked_s > -math.inf and now - vehicle.identity.blocked_s > CONFLICT_TIMEOUT_S:
