@@ -101,9 +101,9 @@ class Executive:
         Those in `but` are left out; `by` ordered it, for the journal.
 
         Vehicles of no team, or that cannot be commanded, are named as such in the results. Named vehicles do not go on
-        when all are resumed, for the reason `stays`. With `ordered` False the station holds by itself: a vehicle that is
         when all are resumed, for the reason `stays`. With `ordered` False the station holds by itself: a vehicle that
         is flown by its own failsafe is then left to it.
+        """
         now = self._clock.now()
         self.resume_found = False
         results = []
