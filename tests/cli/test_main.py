@@ -233,7 +233,7 @@ def test_lost_vehicles_are_named_as_everywhere_else() -> None:
 
 def test_the_name_of_a_file_does_not_write_to_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["convert", str(SCENARIO), "\x1b]0;hacked\x07.mid"]) == CANNOT
-    assert capsys.readouterr().err.startswith("tui-gcs: ␛]0;hacked␇.mid: an ending that says the format")
+    assert capsys.readouterr().err.startswith("tui-gcs: ␛]0;hacked␇.mid: an ending that names the format")
 
 
 def test_an_option_that_there_is_not_does_not_write_to_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:

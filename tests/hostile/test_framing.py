@@ -306,7 +306,7 @@ def test_b6_14_an_unknown_message_of_a_vehicle_with_a_key(attack: Attack) -> Non
     oracle.run(1.0)
     oracle.flight.recorder.flush()
     assert marker not in oracle.flight.recorder.path.read_bytes()
-    oracle.holds(counted="unsigned, though a key is set", told="unsigned frames are not believed")
+    oracle.holds(counted="unsigned, though a key is set", told="unsigned frames are not used")
 
 
 def test_b6_15_flags(attack: Attack) -> None:
@@ -340,7 +340,7 @@ def test_b6_16_version_1_from_another_address_of_a_vehicle_with_a_key(attack: At
         oracle.inject(raw_frame(253, b"\x04downgraded".ljust(51, b"\0"), seq=number, version=1), STRANGER)
     oracle.run(0.1)
     assert not oracle.told("downgraded")
-    oracle.holds(counted="MAVLink 1 (downgrade), though a key is set", told="unsigned frames are not believed")
+    oracle.holds(counted="MAVLink 1 (downgrade), though a key is set", told="unsigned frames are not used")
 
 
 # ---------------------------------------------------------------- who sends

@@ -50,7 +50,7 @@ def test_b6_64_a_home_that_jumps_100_km_in_flight(attack: Attack, up_m: float) -
     for _ in range(20):
         tell_home(oracle, 100_000.0, up_m)
         assert (oracle.vehicle.telemetry.home_m, heights(oracle)) == before
-    assert [e.severity for e in oracle.told("says its home is 100 km away: not believed")] == [ALERT]
+    assert [e.severity for e in oracle.told("reports a home 100 km away: not used")] == [ALERT]
     oracle.both(lambda rig: rig.ask(m.Return(vehicles=rig.ids)))
     oracle.run(1.0)
     assert oracle.flight.phase(1) is Phase.RETURNING
@@ -83,7 +83,7 @@ def test_b6_64_a_far_home_before_a_flight_is_none(attack: Attack) -> None:
     oracle = attack(flying=False)
     tell_home(oracle, 100_000.0)
     assert oracle.vehicle.telemetry.home_m is None and heights(oracle)[1] == "it has not reported its home position yet"
-    assert oracle.told("says its home is 100 km away")
+    assert oracle.told("reports a home 100 km away")
     tell_home(oracle, 0.0)
     assert oracle.vehicle.telemetry.home_m == pytest.approx(
         oracle.twin.station.picture.fleet.vehicles[1].telemetry.home_m, abs=0.1

@@ -194,7 +194,7 @@ def test_parameters_that_say_who_a_vehicle_is(capsys: pytest.CaptureFixture[str]
     Path("a.param").write_text("SYSID_THISMAV,3\nMIS_TOTAL,4\n")
     assert main(["check", "a.param"]) == 0
     out = capsys.readouterr().out
-    assert "caution SYSID_THISMAV says who a vehicle is" in out and "note    MIS_TOTAL is reckoned" in out
+    assert "caution SYSID_THISMAV is part of a vehicle's identity" in out and "note    MIS_TOTAL is reckoned" in out
 
 
 def test_what_cannot_be_read_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:

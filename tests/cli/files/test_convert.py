@@ -63,7 +63,7 @@ def test_a_disk_that_refuses_leaves_nothing_behind(folder: Path, capsys: pytest.
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        (["a.waypoints", "b"], "an ending that says the format"),
+        (["a.waypoints", "b"], "an ending that names the format"),
         (["a.waypoints", "b.param"], "parameters and plans do not become each other"),
         (["a.waypoints", "b.toml"], "zones come from KML"),
         (["a.waypoints", "b.fen"], "there is no fence in it"),

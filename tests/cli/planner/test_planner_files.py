@@ -204,7 +204,7 @@ def test_a_file_that_flies_nobody_is_told_before_the_start(
         report_planners(planners, read_scenario(str(flown_by(named, tmp_path)), planners)[0])
         told = capsys.readouterr().err
         assert told.startswith(f"planner circle 3: {circle.resolve()}  sha256 ")
-        assert ("WARNING: planner circle flies nobody" in told) is warned
+        assert ("WARNING: planner circle flies no vehicle" in told) is warned
         assert not warned or "(they say waypoints)" in told
 
 

@@ -318,7 +318,7 @@ def test_a_place_to_look_at_is_above_home_or_the_sea(tmp_path: Path, tell: Tell)
     peer.say("HOME_POSITION", **home_position(488.0))
     rig.run(0.5)
     code, out, _ = tell(rig, "roi", "1", "47.4", "-8.5", "10")
-    assert code == 0 and "told to look at" in out and "no gimbal was heard" in out
+    assert code == 0 and "ordered to look at" in out and "no gimbal was heard" in out
     assert tell(rig, "roi", "1", "47.4", "-8.5", "510", "--amsl")[0] == 0
     said = [(f["frame"], f["x"], f["y"], f["z"]) for f in peer.orders(195, "COMMAND_INT")]
     assert said == [(0, 474_000_000, -85_000_000, 498.0), (0, 474_000_000, -85_000_000, 510.0)]
@@ -356,7 +356,7 @@ def test_remote_id_says_what_is_broadcast_and_why_it_does_not_arm(tmp_path: Path
     say("OPEN_DRONE_ID_ARM_STATUS", status=1, error=b"no \x1b[2Joperator id")
     rig.run(0.2)
     code, out, _ = tell(rig, "remote-id", "1")
-    assert code == 0 and "NOT READY TO ARM: no ␛[2Joperator id; told by component 236" in out
+    assert code == 0 and "NOT READY TO ARM: no ␛[2Joperator id; reported by component 236" in out
     assert "at           47.3977000 8.5456000, 535 m above the ellipsoid" in out and "NONE" in out
 
 

@@ -197,7 +197,7 @@ def test_what_a_vehicle_reckons_itself_and_who_it_is_stays(tmp_path: Path, tell:
     rig = ServiceRig(tmp_path, peer).heard()
     Path("a.param").write_text("RTL_ALT,7\nSYSID_THISMAV,9\nMIS_TOTAL,3\n")
     code, out, _ = tell(rig, "params", "load", "1", "a.param", "--yes")
-    assert code == 0 and "says who a vehicle is: SYSID_THISMAV" in out and "itself: MIS_TOTAL" in out
+    assert code == 0 and "part of a vehicle's identity: SYSID_THISMAV" in out and "itself: MIS_TOTAL" in out
     assert [fields["param_id"] for fields in peer.got("PARAM_SET")] == ["RTL_ALT"]
     Path("b.param").write_text("RTL_ALT x\n")
     assert tell(rig, "params", "load", "1", "b.param")[0] == 2

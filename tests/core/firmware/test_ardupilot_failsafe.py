@@ -49,7 +49,7 @@ def test_a_hold_that_nobody_asked_for_does_not_take_it_back(rig: MakeRig) -> Non
     assert modes == []
     assert int(flight.sim.mode[0]) == RTL
     assert flight.phase(1) is Phase.TAKEN_OUT
-    assert "left its mode (now RTL): taken out of the mission; it said: Radio Failsafe" in flight.texts("vehicle 1")
+    assert "left its mode (now RTL): taken out of the mission; it reported: Radio Failsafe" in flight.texts("vehicle 1")
 
 
 @pytest.mark.long

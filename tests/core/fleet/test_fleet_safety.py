@@ -100,7 +100,7 @@ def test_who_speaks_beside_the_autopilot_changes_nothing(
         beat(flight, near, component, **other)
         flight.run(0.5)
     assert flight.vehicle().component == 1 and flight.phase(1) is Phase.FLYING
-    assert not any("speaks as component" in text for text in flight.texts())
+    assert not any("sends as component" in text for text in flight.texts())
 
 
 def test_a_companion_is_no_autopilot_however_silent_that_is(wired: MakeWired) -> None:

@@ -351,7 +351,7 @@ def test_a_home_that_nobody_can_have_is_refused_and_told() -> None:
     heard.is_at()
     heard.say("HOME_POSITION", latitude=round(LAT * E7), longitude=round(LON * E7))
     assert heard.say("HOME_POSITION", latitude=53 * E7, longitude=round(LON * E7)).telemetry.home_m is None
-    assert heard.fleet.dropped["implausible home"] == 1 and "says its home is 111 km away" in heard.told()[-1]
+    assert heard.fleet.dropped["implausible home"] == 1 and "reports a home 111 km away" in heard.told()[-1]
     heard.say("HOME_POSITION", latitude=round(LAT * E7), longitude=round(LON * E7))
     heard.say("HEARTBEAT", **ARMED)
     kept = heard.say("HOME_POSITION", latitude=53 * E7, longitude=round(LON * E7)).telemetry.home_m

@@ -479,7 +479,7 @@ def test_who_leaves_its_mode_by_a_failsafe_is_told_with_its_own_words(rig: MakeR
     flight.pilot(1, RTL)
     flight.run(3.0)
     said = "Battery 1 is low 10.80V used 660 mAh; Battery Failsafe"
-    assert f"left its mode (now RTL): taken out of the mission; it said: {said}" in flight.texts("vehicle 1")
+    assert f"left its mode (now RTL): taken out of the mission; it reported: {said}" in flight.texts("vehicle 1")
 
 
 def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig) -> None:

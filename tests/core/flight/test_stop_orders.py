@@ -454,7 +454,7 @@ def test_what_it_said_of_its_failsafe_is_told_with_its_mode() -> None:
     watch.vehicle(1).recent_reasons = [(now - 7.0, "Old Failsafe"), (now - 1.0, "Battery Failsafe")]
     watch.vehicle(1).telemetry.custom_mode = RTL
     watch.run()
-    assert "left its mode (now RTL): taken out of the mission; it said: Battery Failsafe" in list(watch.told())
+    assert "left its mode (now RTL): taken out of the mission; it reported: Battery Failsafe" in list(watch.told())
 
 
 def test_a_cancelled_start_stays_one_when_it_is_stopped_again() -> None:

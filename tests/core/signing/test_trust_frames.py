@@ -102,7 +102,7 @@ def test_a_recorded_frame_is_not_believed_again(keys: KeyStore) -> None:
     heard = Heard(keys, SECRET)
     recorded = signed(heard, battery(5), SECRET)
     assert heard.hear(recorded).telemetry.battery_pct == 5.0
-    told = "frames with old signatures (recorded ones?): not believed"
+    told = "frames with old signatures (recorded ones?): not used"
     for number in range(100):
         heard.say("SYS_STATUS", battery_remaining=60)
         if number >= 80:

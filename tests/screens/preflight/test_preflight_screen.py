@@ -20,7 +20,7 @@ GOOD = tuple(
 CHECKS = (
     Check("station-loss", CheckState.FAIL, NOTHING, "set the parameter; or acknowledge that it is so", (1, 2, 3, 4)),
     Check("rehearsal", CheckState.FAIL, "this plan was not rehearsed, or was changed since", "`tui-gcs rehearse`"),
-    Check("sign-off", CheckState.FAIL, "nobody has signed", "sign this list, or the start, with your name"),
+    Check("sign-off", CheckState.FAIL, "not signed", "sign this list, or the start, with your name"),
     Check("fence", CheckState.UNKNOWN, "not read yet", "it is read when the list is opened", (5, 6, 7, 8)),
     Check("battery", CheckState.WARN, "battery at 23 %", "charge or change it", (7,)),
     Check("battery-loss", CheckState.ACKNOWLEDGED, "battery low: NOTHING", "acknowledged by Ada", ALL),

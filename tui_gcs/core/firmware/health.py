@@ -414,5 +414,5 @@ def _px4_estimator(estimator: Fields) -> Iterator[HealthProblem]:
     if flags & PX4_GLITCH:
         yield HealthProblem("GPS glitch: its position may be wrong", blocks=True)
     if flags & PX4_ACCEL_ERROR:
-        yield HealthProblem("accelerometer is not believed", blocks=True)
+        yield HealthProblem("accelerometer is not trusted", blocks=True)
     yield from _estimates([(word, estimator[name]) for word, name in PX4_RATIOS.items()], "estimator")

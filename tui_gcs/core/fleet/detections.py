@@ -77,7 +77,7 @@ class DetectionDecoder:
 
     def _problem(self, vehicle: Vehicle, now: float) -> str:
         if vehicle.why_not_commanded:
-            return "detection of a vehicle that is not believed"
+            return "detection of a vehicle that is not trusted"
         if not vehicle.telemetry.has_position():
             return "detection of a vehicle without a position"
         recent = self._recent.setdefault(vehicle.id, deque(maxlen=MAX_DETECTIONS_PER_S))

@@ -212,7 +212,7 @@ class SigningRegistry:
             if len(keyed.old_s) < MIN_OLD_SIGNATURES:
                 return False
             keyed.old_s = []
-            text = "frames with old signatures (recorded ones?): not believed"
+            text = "frames with old signatures (recorded ones?): not used"
         self._events.report(EventClass.CONNECTION, name, text, ALERT, every_s=30)
         return False
 

@@ -25,7 +25,7 @@ def refusal(vehicle: Vehicle, x_m: float, y_m: float) -> str:
     if away_m > MAX_DISTANCE_M or (
         vehicle.telemetry.armed and moved_m > MAX_MOVE_IN_FLIGHT_M and away_m > MAX_MOVE_IN_FLIGHT_M
     ):
-        return f"says its home is {away_m / 1e3:.0f} km away: not used; its own return would fly there"
+        return f"reports a home {away_m / 1e3:.0f} km away: not used; its own return would fly there"
     return ""
 
 
