@@ -16,7 +16,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.run_kind import RunKind
 
-NEW_STATION_OPTIONS = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
+NEW_STATION_OPTIONS = ("scenario", "seed", "planner", "fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
 """Options that only a new station takes; they are refused where one runs already."""
 
 
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     starts_station = not running(RunKind.SIM)
     if starts_station:
         _launch(arguments)
-    elif given := [name for name in NEW_STATION_OPTIONS if getattr(arguments, name) is not None]:
+    elif given := [name for name in NEW_STATION_OPTIONS if getattr(arguments, name) not in (None, "", [])]:
         option = given[0].replace("_", "-")
         raise CommandError(f"a SIM station runs already: --{option} is for a new one; end it with `tui-gcs stop` first")
     return attach(RunKind.SIM, wanted, starts_station=starts_station)

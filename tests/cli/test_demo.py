@@ -1,0 +1,36 @@
+"""`tui-gcs demo` where a SIM station runs already: it attaches to that one, and ignores no option."""
+
+import sys
+
+import pytest
+
+from tui_gcs.cli.main import main
+from tui_gcs.core.protocol.common import RunKind
+
+
+@pytest.fixture
+def attached(monkeypatch: pytest.MonkeyPatch) -> list[RunKind]:
+    """The kinds of station to which consoles were attached; one runs, and there is a terminal."""
+    kinds: list[RunKind] = []
+    monkeypatch.setattr("tui_gcs.cli.demo.running", lambda kind: True)
+    monkeypatch.setattr("tui_gcs.cli.demo.need_terminal", lambda: None)
+    monkeypatch.setattr("tui_gcs.cli.console.attach", lambda kind, options: kinds.append(kind) or 0)
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    return kinds
+
+
+def test_it_attaches_to_the_station_that_runs(attached: list[RunKind]) -> None:
+    assert main(["demo", "--plain"]) == 0
+    assert attached == [RunKind.SIM]
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--seed", "0"), ("--planner", "mine.py"), ("--scenario", "mine.toml"), ("--fault", "loss=0.1")],
+)
+def test_what_only_a_new_station_takes_is_refused(
+    attached: list[RunKind], option: str, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["demo", option, value]) == 2
+    assert f"a SIM station runs already: {option} is for a new one" in capsys.readouterr().err
+    assert not attached
