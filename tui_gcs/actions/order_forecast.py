@@ -160,6 +160,7 @@ def _beyond(ways: list[_Leg], limits: Limits, round_: Round | None) -> Iterable[
     """Warn about vehicles that are sent where the guard lets none go."""
     if round_ is None:
         return
+    # The guard's own code, so that what is foretold is what it will decide.
     guard, area = Guard(limits, round_.area, round_.no_fly), round_.area
     outside = {way.row.id: out for way in ways if (out := guard.outside_m(way.goal_m)) > 0}
     if outside:
@@ -193,6 +194,7 @@ def _meeting(ways: list[_Leg], limits: Limits) -> Iterable[str]:
     for one, other in combinations(ways, 2):
         apart_m = math.dist(one.goal_m[:2], other.goal_m[:2])
         upright_m = abs(one.goal_m[2] - other.goal_m[2])
+        # On one circle they follow each other at a distance that only the moment of the order decides.
         on_circle = bool(one.radius_m)
         if upright_m < limits.separation_vertical_m and (on_circle or apart_m < limits.separation_horizontal_m):
             where = "on one circle" if on_circle else f"{apart_m:.0f} m from each other"

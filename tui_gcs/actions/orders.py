@@ -61,6 +61,7 @@ class OrderInput:
             value = float(text)
         except ValueError:
             raise OrderError(f"{name}: {text[:20]!r} is no number") from None
+        # `float` takes `nan` and `inf`, too: a NaN height means "unchanged" on the wire.
         if not (math.isfinite(value) and least <= value <= most):
             raise OrderError(f"{name}: {value:g} is not from {least:g} to {most:g}")
         return value
@@ -126,6 +127,7 @@ def beyond_reach(row: VehicleRow) -> str:
 def _steered(row: VehicleRow) -> str:
     if why := beyond_reach(row):
         return why
+    # Only vehicles of a team have a take-off place and a layer, by which the guard keeps others apart from them.
     if not row.team:
         return "is in no team: no course is flown with it"
     return "" if in_the_air(row) else "take off first"
@@ -487,6 +489,7 @@ def why_not_order(
     """Why an order makes no sense for any of the vehicles, by vehicle if reasons differ; empty if it does for some."""
     concerned, left_out = split(order, vehicles, rows, doubtful=doubtful)
     if concerned:
+        # A vehicle whose motors stop falls: that is never done to a selection by mistake (docs/threats.md D.2).
         return "one at a time" if order.grade(1) is Grade.KILL and len(vehicles) > 1 else ""
     if not left_out:
         return "no vehicle is selected"

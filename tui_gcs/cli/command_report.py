@@ -46,6 +46,7 @@ def finish(arguments: argparse.Namespace, report: CommandReport, code: int | Non
         # Numbers that are not finite are null: JSON has none.
         sys.stdout.write(msgspec.json.encode(report).decode() + "\n")
         sys.stdout.flush()
+    # The result was printed before: a full disk takes nothing but the file.
     if arguments.output is not None and not _written(arguments.output, report):
         return CANNOT
     return exit_code

@@ -89,6 +89,7 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
         insists=arguments.yes or not sys.stdin.isatty(),
     )
     interrupted = threading.Event()
+    # A KeyboardInterrupt would end the run with vehicles in the air: they return and land first.
     signal.signal(signal.SIGINT, lambda *_: interrupted.set())
     signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
     bar = ProgressBar()

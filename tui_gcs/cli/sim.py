@@ -34,6 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     relay = _relay(arguments)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "spec.json"
+        # Without a token vehicles prove nothing: to a station they are LIVE unless it is given `--kind sim`.
         file.write_text(json.dumps(spec | {"token": ""}))
         commands = [_vehicles(arguments, str(file), relay or arguments.target)]
         if arguments.real is not None:
@@ -78,6 +79,7 @@ def _relay(arguments: argparse.Namespace) -> str | None:
     """Return the address of the proxy that adds faults; None if vehicles send to the target itself."""
     if arguments.real != "px4":
         return f"127.0.0.1:{free_port()}" if arguments.fault else None
+    # A real PX4 streams to this address at once and answers its first partner for ever (docs/autopilots.md).
     if arguments.target not in (PX4_ADDRESS, PX4_ADDRESS.replace("127.0.0.1", "localhost")):
         return PX4_ADDRESS
     if arguments.fault:
@@ -103,6 +105,7 @@ def _vehicles(arguments: argparse.Namespace, spec: str, target: str) -> list[str
                 command += [f"--{name}", getattr(arguments, name)]
         command += ["--wipe"] * arguments.wipe
     command += ["--spec", spec, "--target", target, "--speed", f"{arguments.speed:g}"]
+    # A `kill -9` of this process runs none of its clean-up: the vehicles watch it and end with it.
     return [*command, "--parent", str(os.getpid())]
 
 

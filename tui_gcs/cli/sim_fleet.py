@@ -145,6 +145,7 @@ def numbers_of(text: str) -> list[float]:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         return []
+    # `float` takes `nan` and `inf`, too.
     return numbers if all(math.isfinite(number) for number in numbers) else []
 
 

@@ -104,6 +104,7 @@ class PromptGuide:
         if not sys.stderr.isatty():
             return
         size = shutil.get_terminal_size()
+        # The last column stays free: a row that fills it wraps, and the next picture would begin a line too low.
         wide = max(20, size.columns - 1)
         rows = [row for line in lines for row in wrap(clean(line, LINE_CELLS), wide, subsequent_indent="  ")]
         rows = rows[-max(1, size.lines - 1) :]

@@ -72,6 +72,7 @@ class StationClient:
         """Send one request and return its reply. Raises `CommandError`."""
         try:
             question = encode(request)
+        # msgpack has integers of 64 bits at most: a number of thirty digits is typed sooner than one thinks.
         except OverflowError:
             raise CommandError("a number of so many digits is none that a vehicle can take") from None
         try:
@@ -113,6 +114,7 @@ class StationClient:
         """Return whether the user has typed a line since the last look."""
         if not sys.stdin.isatty():
             return False
+        # A pipe at its end is always readable, and would confirm step after step: so only a terminal is read.
         ready, _, _ = select.select([sys.stdin], [], [], 0)
         return bool(ready) and sys.stdin.readline() != ""
 

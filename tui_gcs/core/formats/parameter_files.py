@@ -30,7 +30,7 @@ def values_to_set(content: Content) -> tuple[dict[str, int | float], tuple[str, 
     own = [line.name for line in content.params if line.name in IDENTITIES]
     left_out = [*content.left_out, *content.notes]
     left_out += [f"left out, the vehicle reckons them itself: {', '.join(computed)}"] * bool(computed)
-    left_out += [f"left out, it says who a vehicle is: {', '.join(own)}"] * bool(own)
+    left_out += [f"left out, part of a vehicle's identity: {', '.join(own)}"] * bool(own)
     skipped = {*computed, *own}
     return {line.name: line.value for line in content.params if line.name not in skipped}, tuple(left_out)
 

@@ -108,6 +108,7 @@ def _arm(request: ForeignRequest, command: ForeignCommand) -> Ruling:
 
 
 def _set_mode(request: ForeignRequest, command: ForeignCommand) -> Ruling:
+    # ArduCopter takes DO_SET_MODE with 262 as 6, RTL (docs/autopilots.md "Dangerous things first").
     base = require_integer(command.param(1), 255)
     main = require_integer(command.param(2), 255)  # ArduPilot cuts off what is above
     if foreign_command_policy(request.vehicle).two_part_modes:
@@ -120,11 +121,13 @@ def _mode(request: ForeignRequest, base: int, custom: int) -> Ruling:
     vehicle = request.vehicle
     if not base & CUSTOM_MODE:
         raise ForeignRefusal("a mode without its number (base mode only)")
+    # SET_MODE's base mode has a bit that arms, which no rule for arming would see.
     if base & FLAG_ARMED and not vehicle.telemetry.armed:
         raise ForeignRefusal("a mode that arms")
     name = mode_name(vehicle.autopilot, vehicle.type, custom)
     if word := stop_word(vehicle, name):
         return stop(word)
+    # The mode alone makes a vehicle fly its mission: from where it is to the item that comes next.
     if name in MISSION_MODES:
         require_resumable(request)
     if name in OTHER_MODES:
@@ -198,6 +201,7 @@ def _interval(request: ForeignRequest, command: ForeignCommand) -> Ruling:
 
 
 def _reboot(request: ForeignRequest, command: ForeignCommand) -> Ruling:
+    # Other values shut the autopilot down or leave it in its bootloader, and reboot cameras and gimbals.
     if command.param(1) != 1 or any(command.params[1:]):
         raise ForeignRefusal("only a plain restart of the autopilot (param 1 = 1, all others 0)")
     _require_disarmed(request)
@@ -272,6 +276,7 @@ def _legacy_mode(request: ForeignRequest) -> Ruling:
 
 
 def _cancel(request: ForeignRequest) -> Ruling:
+    # Cancelling a hold of this station's operator would be the one way to keep a vehicle from stopping.
     if request.fields["command"] in _MAY_STOP:
         raise ForeignRefusal("would cancel a stop")
     return Ruling("cancel")

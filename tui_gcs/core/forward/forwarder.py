@@ -184,9 +184,11 @@ class Forwarder:
         if not is_known(frame.msgid):  # its CRC cannot be checked: anything may be in it
             self.dropped["unknown message id"] += 1
             return
+        # System 0 is the address of all systems, and never a sender.
         if frame.system == 0:
             self._turn_away(foreign, "system id 0", "uses system id 0: not used")
             return
+        # A frame with a vehicle's id would be taken for that vehicle's telemetry by every other partner.
         if self._vehicle(port, frame.system) is not None:
             self._turn_away(foreign, "a vehicle's system id", "uses a vehicle's system id: not used")
             return
@@ -241,6 +243,7 @@ class Forwarder:
             )
             if message.name in ITEMS and ruling.mission_result != MISSION_INVALID_SEQUENCE:
                 self._relay.cancel(vehicle, message)
+        # The frame keeps its sender, so it cannot be signed here in that one's name.
         elif vehicle.identity.keyed and not foreign.frame.signed:
             why = "takes signed frames only, and what others send is not signed for it"
             self._refuse(foreign, message, "not signed", why, vehicle)
@@ -258,6 +261,7 @@ class Forwarder:
         urgent = may_stop(request)
         ruling = judge(request) if urgent or port.ordinary.has_one(request.now) else None
         bucket = port.stops if ruling is not None and ruling.order_class is OrderClass.STOP else port.ordinary
+        # A stop has a bucket of its own: an upload of 50 frames a second must not keep a hold waiting.
         if ruling is None or not bucket.has_one(request.now):
             return None
         bucket.take()

@@ -95,6 +95,7 @@ class MissionRelay:
         vehicle, message, now = request.vehicle, request.message, request.now
         sender = (message.system, message.component)
         other = self._uploads.get(vehicle.id)
+        # A second announcement of the same sender begins anew, as autopilots do; another sender has to wait.
         if other is not None and (other.is_complete or other.sender != sender):
             return f"an upload of {other.source} is under way"
         mission = ForeignMission(sender, message.fields["count"])
@@ -199,6 +200,7 @@ class MissionRelay:
     def _announce_to_vehicle(self, upload: MissionUpload) -> str:
         """Begin the upload to the vehicle; "" or why not."""
         try:
+            # Between the announcement and the last item the vehicle may have begun to fly its old mission.
             if upload.kind == 0:
                 require_no_mission(upload.vehicle)
         except ForeignRefusal as refused:

@@ -108,6 +108,7 @@ class Port:
         """The partner that sends from `address`: known, or new if there is room. To be called for valid frames only."""
         known = self.partners.get(address)
         if known is None:
+            # On a serial line or a TCP connection everything comes from the one partner at its other end.
             known = next((p for p in self.partners.values() if p.stays), None)
         if known is None and len(self.partners) < MAX_PARTNERS:
             known = self.partners[address] = Partner(address, now, stays=False)

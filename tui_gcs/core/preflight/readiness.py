@@ -108,10 +108,12 @@ class Readiness:
             yield _one("heard", f"{vehicle.freshness(now)}: last heard {now - vehicle.last_heard_s:.0f} s ago")
         if unsupported := parts.comms.firmware.of(vehicle).why_not(vehicle):
             yield _one("heard", unsupported)
+        # SIM and LIVE never mix: a real vehicle that strays into a simulation must not be armed.
         if not parts.comms.uplink.is_ours(vehicle):
             yield _one("ids", "not one of our simulated vehicles: this station is SIM")
         if vehicle.why_not_commanded:
             yield _one("ids", vehicle.why_not_commanded)
+        # A satellite link brings HIGH_LATENCY2 every few seconds at best, and takes no stream of set-points.
         if parts.comms.links[vehicle.link].spec.high_latency:
             yield _one("heard", "heard over a high-latency link: commands only, no planner can steer it")
 
@@ -166,6 +168,7 @@ def _too_close(parts: StationParts, results: list[VehicleResult]) -> list[Vehicl
     places = [(v, vehicles[v].telemetry.position_m[:2]) for v in starters]
     for flight in parts.flight.flights:
         if flight.phase is not Phase.GROUND and flight.vehicle not in starters:
+            # It lands at its home: what stands there would be under it.
             places += [(flight.vehicle, home[:2]) for home in [flight.home_m] if home is not None]
             places += [(v.id, v.telemetry.position_m[:2]) for v in [vehicles.get(flight.vehicle)] if v is not None]
     checked = []

@@ -57,6 +57,7 @@ def _endpoints(socket: Path) -> str:
 def _open(mode: str, settings: dict[str, str], what: str) -> zenoh.Session:
     config = zenoh.Config()
     config.insert_json5("mode", f'"{mode}"')
+    # Scouting would find other stations on the network, and be found by anybody there.
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("scouting/gossip/enabled", "false")
     # Zenoh would pass on whatever is large by shared memory: 20 MB more in each process, and a kill -9 leaves it there.

@@ -182,6 +182,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
 def _toml(text: str, where: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
+    # tomllib reads nested arrays by recursion: a file of nothing but brackets would end the program.
     except RecursionError:
         raise ScenarioError([f"{where}: not valid TOML: nested too deep"]) from None
     except ValueError as error:  # TOMLDecodeError, or a number too long for Python
@@ -303,6 +304,7 @@ def _vertices(table: Table, frame: LocalFrame | None) -> list[Point]:
     points = table.pairs(key, MAX_VERTICES) if key else []
     if key and table.ok and len(points) < 3:
         table.wrong(key, f"{len(points)} vertices", "a polygon has at least 3")
+    # KML and GeoJSON rings end with their first point, and are copied from there.
     elif len(points) > 3 and points[0] == points[-1]:
         table.wrong(key, "the last vertex is the first again", "leave the last one out: polygons close by themselves")
     vertices = [in_metres(table, f"{key}[{i + 1}]", point, frame) for i, point in enumerate(points)]
@@ -327,6 +329,7 @@ def _team(table: Table) -> Team | None:
 
 def _planner(table: Table) -> str:
     value = table.data.get("planner")
+    # A scenario that names a file would run that file's code on whoever opens it: files come from the command line.
     if isinstance(value, str) and ("/" in value or value.endswith(".py")):
         table.has("planner")
         file = f"{shown(value)} is a file; a scenario names planners only"
@@ -344,6 +347,7 @@ def _vehicles(table: Table) -> list[int]:
         return []
     good = []
     for i, item in enumerate(value):
+        # In Python `true` is the integer 1, which would be vehicle 1.
         if isinstance(item, int) and not isinstance(item, bool) and _is_vehicle(item):
             good.append(item)
         else:

@@ -74,6 +74,7 @@ class FleetGrid(LinesView):
         selected = row.id in self._selected
         mark = MARKS[level] or (self.glyphs.selected if row.id == self._lead else " ")
         text = f"{mark}{shape(row, self.glyphs)}{row.id:>{digits}}"
+        # Values of a lost vehicle are old: shown like the others they would pass for the truth (docs/threats.md D.8).
         known = row.freshness is not Freshness.LOST
         why = tag_of(alarms) or (mode_or_hand(row) if known else "LOST")
         if extra == FULL_CELLS:

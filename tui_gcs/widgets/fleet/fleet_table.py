@@ -92,6 +92,7 @@ class FleetTable(LinesView):
         """Sort rows; unknown values come last in both orders, equal ones by id."""
         by_id = sorted(rows, key=lambda row: row.id)
         if self._sorting.title == "CAUSE":
+            # The sort is stable: vehicles of one level stay in the order of their ids, and do not jump while one looks.
             by_id.sort(key=lambda row: -level_now(row, self._alarms.get(row.id, [])), reverse=self._falling)
             return by_id
         known = [row for row in by_id if _is_known(self._sorting.key(row))]

@@ -175,6 +175,7 @@ def fleet_brief(status: StationStatus) -> list[Run]:
 
 
 def _ratio_ink(team: TeamStatus) -> Ink:
+    # Smooth tours reach 1.14 to 1.24 of the bound, strips there and back 3.3 to 4.0 (docs/planning.md C1).
     return Ink.CAUTION if team.ratio > 2.0 else Ink.BOLD  # NaN is not above
 
 
