@@ -110,6 +110,7 @@ class MissionFlight(Part, ABC):
             self._place = None
             self.land()
             return
+        # Stations send NaN for a parameter that they leave open.
         waits = item.p1 if item.command in (missions.WAYPOINT, missions.LOITER_TIME) and math.isfinite(item.p1) else 0.0
         self.reached(last=waits > 0.0 or self._is_last())
         self._leave_us = self._clock.now_us + round(waits * 1e6)

@@ -88,6 +88,7 @@ def item_of(fields: dict[str, Any]) -> Item:
 def item_of_floats(fields: dict[str, Any]) -> Item:
     """Return the item in an old MISSION_ITEM; its 32-bit degrees are good for about a metre."""
     scale = 1 if fields["frame"] == FRAME_MISSION else 10_000_000
+    # The old message has floats, in which a station may send anything; the stored item has 32 bits.
     whole = {name: max(min(round(fields[name] * scale), 2**31 - 1), -(2**31)) for name in ("x", "y")}
     return item_of({**fields, **whole})
 

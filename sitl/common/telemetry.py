@@ -81,6 +81,7 @@ class Telemetry:
         """Send the MESSAGE_INTERVAL of a message: 0 if the autopilot does not have it, -1 if it is not sent."""
         name = self.name_of(msgid)
         interval_us = 0 if name is None else self._streams.interval_ms(name) * 1000 or -1
+        # MESSAGE_INTERVAL has 16 bits for an id of 24.
         self._send("MESSAGE_INTERVAL", message_id=msgid & 0xFFFF, interval_us=interval_us)
 
     def heading_cdeg(self) -> int:
@@ -103,6 +104,7 @@ class Telemetry:
     def wind_m_s(self) -> tuple[float, float] | None:
         """Return the wind (east, north) as an estimator has learned it; None in calm air and before the flight."""
         weather = self.body.masses.weather
+        # An estimator learns the wind from how the vehicle leans: on the ground it leans on its legs.
         if self.state.landed or not weather.windy:
             return None
         east, north = (weather.wind_m_s - weather.surprise_m_s)[self.body.index].tolist()
@@ -122,6 +124,7 @@ class Telemetry:
         }
 
     def _system_time(self) -> Fields:
+        # Before its GPS has a fix an autopilot does not know the date, and reports 0.
         unix_us = UNIX_EPOCH_US + self.clock.now_us if self.state.stage >= Stage.GPS_FIX else 0
         return {"time_unix_usec": unix_us, "time_boot_ms": self.clock.boot_ms}
 

@@ -59,6 +59,7 @@ class MessageDefinition:
         base, _, extensions = fields.partition("/ ")
         self.id = int(number)
         self.msgname = name
+        # MAVLink sends base fields by size, the largest first; extensions stay in the order of their XML.
         sent = sorted(_fields(base), key=lambda field: -struct.calcsize(CODES[field[0]]))
         parsed = sent + list(_fields(extensions))
         self.ordered_fieldnames = self.fieldnames = [name for _, name, _ in parsed]
@@ -91,4 +92,5 @@ PARAM_VALUE_BYTES = MessageDefinition(
     "22 PARAM_VALUE u32 param_value, u16 param_count, u16 param_index, char param_id[16], u8 param_type"
 )
 """PARAM_VALUE with four bytes as value: as a float not every integer survives."""
+# The checksum is that of the real PARAM_VALUE, whose value is a float.
 PARAM_VALUE_BYTES.crc_extra = 220

@@ -107,6 +107,7 @@ def _number(text: str, least: float, most: float, what: str) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
+    # The form also refuses NaN.
     if not least <= value <= most:
         raise ValueError(f"must be {what}")
     return value
@@ -221,6 +222,7 @@ class Lane:
     def __init__(self, faults: Faults, *, seed: int, vehicle: int, direction: str) -> None:
         self.faults = faults
         self.tally = FaultCounter()
+        # A generator for each direction of each vehicle: what one loses does not change what the others lose.
         self._random = random.Random(f"{seed}/{vehicle}/{direction}")
         self._phase_s = random.Random(f"{seed}/{vehicle}").random() * sum(faults.flap)
         """Start of the flapping, the same for both directions: it is one radio."""
@@ -266,6 +268,7 @@ class Lane:
         """Return when the last byte leaves; None if the queue is full."""
         if not self.faults.rate:
             return now_s
+        # A radio's buffer is short: what a flood leaves no room for is lost, and is not sent seconds later.
         if self._busy_until_s - now_s > QUEUE_S:
             self.tally.queue += 1
             return None
@@ -314,6 +317,7 @@ class Lane:
         if self._held is None and self._chance(self.faults.reorder):
             self._held = item
             return
+        # Jitter alone keeps the order, as a radio does: only `reorder` changes places.
         self._last_due_s = max(item.due_s, self._last_due_s)
         self._queue(item, self._last_due_s)
         if self._held is not None:

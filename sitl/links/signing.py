@@ -77,6 +77,7 @@ class Signer:
         key = self.key or (ZERO_KEY if self.px4 else b"")
         if not key:
             return frame
+        # Frames of one moment need times of their own: a receiver takes an equal one for a replay.
         self.timestamp += 1
         if not self.px4 and now_us - self._saved_us >= SAVE_US:
             self._saved_us, self._stored = now_us, self.timestamp

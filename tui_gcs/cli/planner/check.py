@@ -141,6 +141,7 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
             os.close(reader)
         errors.seek(0)
         error_text = errors.read().decode(errors="replace")
+    # `os._exit(0)` in a step ended the checks unseen: "everything holds", exit code 0.
     if hung or code or not ended:  # code 0 before all was checked: the planner ended it
         yield _death(what, error_text, code, hung_s=lines.silent_s if hung else None)
 
@@ -190,6 +191,7 @@ class _ChildLines:
         columns = subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
         if len(columns) != 2 or not columns[0].startswith("R"):
             return False
+        # A process that a busy machine does not let run is no process that hangs.
         seconds = 0.0
         for part in re.split("[-:]", columns[1]):  # [[days-]hours:]minutes:seconds; nobody computes for days here
             seconds = 60.0 * seconds + float(part)

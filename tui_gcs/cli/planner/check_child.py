@@ -43,6 +43,7 @@ class FindingWriter:
         """Report that the process is alive."""
         if (now := time.monotonic()) >= self._next_s:
             self._next_s = now + BEAT_S
+            # CPU time, not the clock's: the parent waits longer where the machine is busy.
             self._out.write(f"{time.process_time()}\n")
 
     def _tell(self, what: dict[str, Any]) -> None:
@@ -52,6 +53,7 @@ class FindingWriter:
 def main(job: dict[str, Any]) -> None:
     """Load the planner and make the checks of the job, in order."""
     faulthandler.enable()
+    # Only native code can report where a Python loop stands that never gives way.
     faulthandler.register(signal.SIGUSR1)
     teller = FindingWriter(job["descriptor"])
     teller.begin("loads")

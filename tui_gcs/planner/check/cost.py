@@ -54,6 +54,7 @@ def _times_ms(subject: CheckedPlanner, count: int, duration_s: float) -> list[fl
     for _, plan in subject.fly(subject.host(task), world, duration_s):
         taken.append(plan.step_ms)
         share = (world.t_s - 100.0) / duration_s
+        # A loss is the dearest step of many planners: they plan anew in it.
         world.phase = {1: Phase.TAKEN_OUT} if 0.4 < share < 0.7 else {}
     return taken
 
@@ -70,6 +71,7 @@ def memory(subject: CheckedPlanner) -> Iterator[Finding]:
     try:
         for number, _ in enumerate(subject.fly(host, world, steps / rate_hz + 1.0), 1):
             if number % (steps // 4) == 0:
+                # What only cycles keep alive is not held: it would look like a leak until the next collection.
                 gc.collect()
                 held_b.append(tracemalloc.get_traced_memory()[0])
                 if number == steps // 2:

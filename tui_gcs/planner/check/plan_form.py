@@ -82,6 +82,7 @@ def _bad_trajectory(intent: Intent, t_s: float) -> str:
         return f"trajectory with t0_s {intent.t0_s}, dt_s {intent.dt_s}: finite, and dt_s more than 0"
     if not all(_finite(v) for samples in (intent.positions_m, intent.velocities_m_s) for v in samples):
         return "trajectory with a sample that is not finite"
+    # A planner that counts from its own start instead of `ctx.t_s` sends such a one, and its vehicles stand.
     if intent.t0_s + intent.dt_s * (count - 1) < t_s:
         return "trajectory that ended before the plan was made: t0_s counts as ctx.t_s does"
     return ""

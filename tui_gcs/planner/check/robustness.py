@@ -163,6 +163,7 @@ def telemetry(subject: CheckedPlanner) -> Iterator[Finding]:
         world.freshness = {1: Freshness.STALE}
         flight.go(3.0, "positions are 60 s and 2.5 s old")
         world.age_s, world.freshness = {}, {}
+        # As after a laptop that slept: the station goes on with its newest frame.
         world.t_s += 45.0
         flight.go(2.0, "45 s without a frame")
         world.position_m[:, :2] += (60.0, -15.0)
@@ -249,6 +250,7 @@ def _lured_out(subject: CheckedPlanner) -> None:
             for k, ((x, y), (east, north)) in enumerate(zip(begin_m, ways_m_s, strict=True))
         )
         flight.go(STEP_S, what)
+        # The intents may stay inside while the vehicles, which brake late, do not.
         if out := rows_outside(world.position_m, flight.task):
             follower = flight.task.members[out[0]]
             raise PlannerFailure(f"{what} (step {flight.steps}): vehicle {follower} follows one and is {OUTSIDE}")
@@ -260,6 +262,7 @@ def zones(subject: CheckedPlanner) -> Iterator[Finding]:
     for what, shape, area in cases:
         try:
             _fly(subject, shape, area, _near(shape, area))
+        # A refusal in words reaches the operator before the flight: for an odd zone that is a right answer.
         except PlannerRefusal as why:
             yield noted(f"{what}: refused, as configure may: {why}")
         except PlannerFailure as why:

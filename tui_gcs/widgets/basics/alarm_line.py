@@ -81,8 +81,10 @@ class AlarmLine(LinesView):
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
+        # What is typed has the line: an operator who types must see the letters. A new alarm stands before it.
         if self._prompt:
             return [self._prompt_runs(width)]
+        # A silent station or a full disk of this console is not in the station's list: it would be seen nowhere else.
         if self._local.text and (self._local.level is Severity.WARNING or not self._alarms):
             return [_local_runs(self._local, self._notice, width)]
         if self._alarms:

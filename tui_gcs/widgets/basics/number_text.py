@@ -28,6 +28,7 @@ def number(value: float, digits: int = 0, unit: str = "") -> str:
     """`value` with its unit, or `--`. Minus zero is zero."""
     if not math.isfinite(value):
         return UNKNOWN
+    # Adding 0.0 makes 0.0 of -0.0, which would be shown as `-0`.
     return f"{round(value, digits) + 0.0:.{digits}f}{unit}"
 
 

@@ -49,6 +49,7 @@ class StatusLine(LinesView):
         """See `LinesView.lines`."""
         if self._status is None:
             return [[(" tui-gcs ", Ink.SELECTED), ("  waiting for the station", Ink.MUTED)]]
+        # The last values stay on the bus for ever: without this a dead station would look like a quiet one.
         if self._lost:
             return [lost_runs(self._status, width)]
         return [status_runs(self._status, width, self._wall_s, self._principal, self.glyphs, holds=self._holds)]
