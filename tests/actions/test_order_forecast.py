@@ -24,8 +24,8 @@ FLEET = {r.id: r for r in (row(1, (200.0, 200.0, 30.0)), row(2, (300.0, 212.0, 4
 
 
 def seen(request: Request) -> tuple[str, ...]:
-    told = forecast_order(request, FLEET, HOMES, LIMITS, ROUND)
-    return (told.way, *told.warnings)
+    reported = forecast_order(request, FLEET, HOMES, LIMITS, ROUND)
+    return (reported.way, *reported.warnings)
 
 
 def test_how_far_and_how_long() -> None:
@@ -55,8 +55,8 @@ def test_the_layer_of_another_and_how_near_its_way_comes_to_it() -> None:
 def test_layers_of_those_on_the_ground_are_free_and_a_take_off_is_warned_of_those_above() -> None:
     fleet = FLEET | {4: row(4, (210.0, 200.0, 0.0), phase=Phase.GROUND)}
     assert not forecast_order(GoTo((1,), ((NAN, NAN, 34.0),)), fleet, {}, LIMITS, ROUND).warnings
-    told = forecast_order(TakeOff((4,), 34.0), fleet, {}, LIMITS, ROUND)
-    assert (told.way, told.warnings) == ("", ("4 on the layer of 1 (30 m); 1 is 10 m from its way",))
+    reported = forecast_order(TakeOff((4,), 34.0), fleet, {}, LIMITS, ROUND)
+    assert (reported.way, reported.warnings) == ("", ("4 on the layer of 1 (30 m); 1 is 10 m from its way",))
 
 
 def test_a_place_outside_or_at_a_height_that_is_not_allowed() -> None:

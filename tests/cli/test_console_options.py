@@ -45,5 +45,5 @@ def test_every_theme_has_its_name_on_the_command_line(monkeypatch: pytest.Monkey
 def test_every_command_with_a_console_has_them(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main([*command.split(), "--help"])
-    told = capsys.readouterr().out
-    assert all(option in told for option in ("--slow", "--theme", "--overlay", "--read-only", "--keymap"))
+    reported = capsys.readouterr().out
+    assert all(option in reported for option in ("--slow", "--theme", "--overlay", "--read-only", "--keymap"))

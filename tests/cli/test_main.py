@@ -187,13 +187,13 @@ def test_a_dialect_with_a_mistake_is_told_before_anything_starts(tmp_path: Path)
     xml = tmp_path / "mine.xml"
     message = "<message id='0' name='HEARTBEAT'><field type='float' name='x'/></message>"
     xml.write_text(f"<mavlink><messages>{message}</messages></mavlink>")
-    told = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", "--dialect", str(xml), "--yes")
-    assert "mine.xml" in told and "HEARTBEAT" in told
+    reported = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", "--dialect", str(xml), "--yes")
+    assert "mine.xml" in reported and "HEARTBEAT" in reported
 
 
 def test_other_stations_are_named_like_links(tmp_path: Path):
-    told = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", "--forward", "somewhere", "--yes")
-    assert "somewhere" in told and "udpout:HOST:PORT" in told
+    reported = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", "--forward", "somewhere", "--yes")
+    assert "somewhere" in reported and "udpout:HOST:PORT" in reported
 
 
 @pytest.mark.long
@@ -208,8 +208,8 @@ def test_other_stations_are_named_like_links(tmp_path: Path):
     ],
 )
 def test_a_place_where_no_operator_can_stand_is_told_before_anything_starts(options: str, why: str):
-    told = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", *options.split(), "--yes")
-    assert told.startswith("tui-gcs: --operator-") and why in told
+    reported = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", *options.split(), "--yes")
+    assert reported.startswith("tui-gcs: --operator-") and why in reported
 
 
 @pytest.mark.parametrize("seed", ["-1", str(2**63), "9" * 30])

@@ -187,11 +187,11 @@ def test_vehicles_come_through_the_faults_and_all_ends_with_the_command(tmp_path
             if data[0] == 0xFD:
                 heard[data[5]] = address
         process.send_signal(signal.SIGTERM)
-        told, error = process.communicate(timeout=30.0)
+        reported, error = process.communicate(timeout=30.0)
     assert (process.returncode, error) == (0, "")
     assert set(heard) == {1, 2, 3}
     assert len(set(heard.values())) == 3
-    assert "vehicles heard: 3" in told
+    assert "vehicles heard: 3" in reported
 
 
 @pytest.mark.process

@@ -26,11 +26,11 @@ def arm(field: Field, vehicle: int) -> str:
     """It becomes ready, arms, says so in words, and disarms on the ground."""
     pilot = Pilot(field, vehicle)
     pilot.ready()
-    told = field.last_event
+    reported = field.last_event
     armed_s = pilot.must(pilot.firmware.arm(pilot.vehicle, pilot.done))
     disarmed_s = pilot.must(pilot.firmware.disarm(pilot.vehicle))
     field.run(1.0)
-    words = field.said(vehicle, told)
+    words = field.said(vehicle, reported)
     return f"armed {armed_s:.2f} s after the order, disarmed {disarmed_s:.2f} s after; it said: {'; '.join(words[:3])}"
 
 
@@ -83,8 +83,8 @@ def arm_spoiled(field: Field, vehicle: int) -> str:
             raise Failed(f"{name} {value:g}: {outcome.value} after {took_s:.1f} s, without a reason ({why})")
         give_back(field, vehicle)
         healed_s = field.until(lambda: not pilot.problems(), 40.0, pilot.why_not_ready)
-        told = f"{name} {value:g}: {outcome.value} ({why}) after {took_s:.2f} s; shown: {shown or 'nothing'}"
-        return f"{told}; ready {healed_s:.0f} s after it was put back"
+        reported = f"{name} {value:g}: {outcome.value} ({why}) after {took_s:.2f} s; shown: {shown or 'nothing'}"
+        return f"{reported}; ready {healed_s:.0f} s after it was put back"
     raise NotApplicable("; ".join(tried) or f"it has none of {', '.join(name for name, _ in SPOILERS)}")
 
 

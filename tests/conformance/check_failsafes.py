@@ -53,12 +53,12 @@ def station_lost(field: Field, vehicle: int) -> str:
     else:
         raise NotApplicable("it has neither FS_GCS_ENABLE nor NAV_DLL_ACT")
     with flying(field, vehicle) as pilot:
-        told = field.last_event
+        reported = field.last_event
         with field.unheard(vehicle):
             took_s = field.until(lambda: pilot.mode == "RTL", promised + 10.0, lambda: f"RTL (it is in {pilot.mode})")
         field.run(3.0)
         after = pilot.mode
-        words = _words(field, vehicle, told)
+        words = _words(field, vehicle, reported)
     return f"RTL {took_s:.1f} s after our last word, in {after} 3 s after the next one; it said: {words}"
 
 
@@ -80,13 +80,13 @@ def battery(field: Field, vehicle: int) -> str:
         raise NotApplicable("it has no battery monitor")
     borrow(field, vehicle, ready)
     with flying(field, vehicle):
-        told = field.last_event
+        reported = field.last_event
         borrow(field, vehicle, {name: value() for name, value in trip.items()})
         took_s = field.until(
             lambda: pilot.firmware.is_landing(v), 40.0, lambda: f"landing by itself (it is in {pilot.mode})"
         )
         status = v.telemetry.system_status
-        words = _words(field, vehicle, told)
+        words = _words(field, vehicle, reported)
         down_s = field.until(lambda: not v.telemetry.armed, 120.0, "landed and disarmed by itself")
     healed = _heal_battery(field, pilot)
     landed = f"lands {took_s:.1f} s after the limit was set (status {status}), disarmed {down_s:.0f} s after"
@@ -128,7 +128,7 @@ def fence(field: Field, vehicle: int) -> str:
 
 
 def _against(field: Field, pilot: Pilot) -> str:
-    v, told = pilot.vehicle, field.last_event
+    v, reported = pilot.vehicle, field.last_event
     with flying(field, pilot.system):
         home = v.telemetry.position_m
         farthest = [-FENCE_M]
@@ -148,7 +148,7 @@ def _against(field: Field, pilot: Pilot) -> str:
             return f"does not cross it: comes to {-farthest[0]:.1f} m before it, {speed} in {word}"
         field.until(lambda: beyond_m() < -2.0, 40.0, lambda: f"back inside (it is {beyond_m():.0f} m outside, {word})")
         back = f"{word}, back inside in {pilot.mode}" if pilot.mode != word else f"{word}, back inside"
-        words = _words(field, pilot.system, told)
+        words = _words(field, pilot.system, reported)
     if farthest[0] > FENCE_BEYOND_M:
         raise Failed(f"{farthest[0]:.0f} m beyond its fence, allowed {FENCE_BEYOND_M:g} m; {word}; it said: {words}")
     return f"at most {farthest[0]:.1f} m beyond, then {back}; it said: {words}"

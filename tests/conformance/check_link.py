@@ -38,7 +38,7 @@ def heartbeats(field: Field, vehicle: int) -> str:
 
 @check("streams: position at the rate we asked for", takes_s=11.0)
 def position_rate(field: Field, vehicle: int) -> str:
-    """GLOBAL_POSITION_INT comes as often as the rate desk wants it, and with nothing lost on the way."""
+    """GLOBAL_POSITION_INT comes as often as the rate controller wants it, and with nothing lost on the way."""
     v = field.vehicle(vehicle)
     wanted_hz = field.station.comms.rates.plan(v.link).get(GLOBAL_POSITION_INT, 0.0)
     if not wanted_hz:

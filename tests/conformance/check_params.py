@@ -35,7 +35,7 @@ def parameters(field: Field, vehicle: int) -> str:
 @check("parameters: set, echoed, read back")
 def parameter_set(field: Field, vehicle: int) -> str:
     """A whole number and a real one are set, read back by name and put back."""
-    told = []
+    reported = []
     for name, before in have(field, vehicle, list(HARMLESS)).items():
         wanted = HARMLESS[name](before)
         borrow(field, vehicle, {name: wanted})
@@ -44,10 +44,10 @@ def parameter_set(field: Field, vehicle: int) -> str:
         again = read(field, vehicle, name)
         if now != wanted or again != before or left:
             raise Failed(f"{name}: set to {wanted:g} it says {now:g}, put back to {before:g} it says {again:g} {left}")
-        told.append(f"{name} {before:g} -> {wanted:g} -> {before:g}")
-    if not told:
+        reported.append(f"{name} {before:g} -> {wanted:g} -> {before:g}")
+    if not reported:
         raise NotApplicable(f"it has none of {', '.join(HARMLESS)}")
-    return ", ".join(told)
+    return ", ".join(reported)
 
 
 @check("parameters: an unknown name is told", takes_s=12.0)

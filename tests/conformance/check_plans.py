@@ -80,8 +80,8 @@ def thousand(field: Field, vehicle: int) -> str:
     items, why = MANY_ITEMS, ""
     if first.error:
         why = first.error
-        told = re.search(r"(\d+) items", " ".join(v.reasons_since(first.begun_s)) or why)
-        items = min(int(told[1]) - 2, MANY_ITEMS) if told else MANY_ITEMS // 2
+        reported = re.search(r"(\d+) items", " ".join(v.reasons_since(first.begun_s)) or why)
+        items = min(int(reported[1]) - 2, MANY_ITEMS) if reported else MANY_ITEMS // 2
         empty(field, vehicle, PlanKind.MISSION)
     try:
         result = _round_trip(field, vehicle, a_mission(v, items))
@@ -192,5 +192,5 @@ def lossy(field: Field, vehicle: int) -> str:
     finally:
         empty(field, vehicle, PlanKind.MISSION)
     lost = f"lost {up.tally.lost} of {up.tally.taken} up, {down.tally.lost} of {down.tally.taken} down"
-    told = f"said to have failed: {job.error}" if job.error else "there and right"
-    return f"{LOST_ITEMS} items {told} after {took_s:.1f} s ({lost})"
+    reported = f"said to have failed: {job.error}" if job.error else "there and right"
+    return f"{LOST_ITEMS} items {reported} after {took_s:.1f} s ({lost})"

@@ -193,8 +193,8 @@ class Field:
                 told_s = self.clock.now()
                 silent = [i for i in missing() if i not in vehicles]
                 others = [i for i in missing() if i in vehicles]
-                told = [f"{_named(silent)} not heard"] if silent else []
-                wait_more("; ".join(told + ([f"{_named(others)} without a position"] if others else [])))
+                reported = [f"{_named(silent)} not heard"] if silent else []
+                wait_more("; ".join(reported + ([f"{_named(others)} without a position"] if others else [])))
         absent = missing()
         self.ids = tuple(i for i in self.ids if i not in absent)
         if not self.ids:

@@ -55,8 +55,8 @@ def some_rally_points(vehicle: Vehicle, count: int = 3) -> Plan:
 
 def ended(field: Field, job: Job, limit_s: float = LIMIT_S) -> float:
     """Wait for the end of a job, good or bad, and until everybody knows of it; how long it took."""
-    desk = field.station.comms.jobs
-    return field.until(lambda: job.over and desk.running(job.vehicle) is not job, limit_s, f"{job.name}: an end")
+    jobs = field.station.comms.jobs
+    return field.until(lambda: job.over and jobs.running(job.vehicle) is not job, limit_s, f"{job.name}: an end")
 
 
 def finished(field: Field, job: Job, limit_s: float = LIMIT_S) -> float:

@@ -102,7 +102,7 @@ def test_a_vehicle_that_cannot_be_judged_does_not_hinder_the_other(field: Field)
 
 
 def test_stopping_lands_what_flies_and_makes_no_further_checks(field: Field) -> None:
-    told: list[Line] = []
+    reported: list[Line] = []
 
     def body(field: Field, vehicle: int) -> str:
         with flying(field, vehicle):
@@ -111,7 +111,7 @@ def test_stopping_lands_what_flies_and_makes_no_further_checks(field: Field) -> 
         return "not reached"
 
     entry = Check("stopped", body, 60.0)
-    lines = Run(field, [entry, entry], told.append).all()
+    lines = Run(field, [entry, entry], reported.append).all()
     field.turns.stopping = False
     assert [line.verdict for line in lines] == ["FAIL", "FAIL"] and "stopped by the operator" in lines[0].text
     assert not any(field.vehicle(system).telemetry.armed for system in field.ids)
@@ -132,8 +132,8 @@ def test_it_waits_with_a_message_for_vehicles_that_are_not_ready(
     ready_s = field.clock.now() + 25.0
     monkeypatch.setattr(program, "_could_start", lambda pilot: pilot.system == PX4 or field.clock.now() > ready_s)
     program._wait_until_ready(field)
-    told = capsys.readouterr().out.splitlines()
-    assert len(told) == 2 and all(line.startswith("---- waiting: vehicle 1: ") for line in told)
+    reported = capsys.readouterr().out.splitlines()
+    assert len(reported) == 2 and all(line.startswith("---- waiting: vehicle 1: ") for line in reported)
     assert field.clock.now() == pytest.approx(ready_s, abs=1.0)
 
 

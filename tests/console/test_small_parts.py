@@ -51,8 +51,8 @@ def test_who_waits_in_reserve_is_told_beside_the_slots() -> None:
 
 
 def test_how_far_somebody_was_outside_is_zero_only_for_nobody() -> None:
-    told = [outside(metres, " m") for metres in (0.0, 0.02, 0.4, 3.0, 12.3, math.nan)]
-    assert told == ["0 m", "0.1 m", "0.4 m", "3.0 m", "12 m", "--"]
+    reported = [outside(metres, " m") for metres in (0.0, 0.02, 0.4, 3.0, 12.3, math.nan)]
+    assert reported == ["0 m", "0.1 m", "0.4 m", "3.0 m", "12 m", "--"]
 
 
 def test_a_zone_is_told_to_be_covered_only_when_it_was_seen_whole() -> None:

@@ -221,9 +221,9 @@ def test_b6_49_a_vehicle_that_commands_us_is_refused(attack: Attack) -> None:
         oracle.say("COMMAND_INT", 1, command=192, **parameters, **place, **OURS)
 
     oracle.run(4.0, command_us)
-    told = [frame for frame in oracle.sent() if frame[2] == "COMMAND_ACK"]
-    assert 3 <= len(told) <= 5, "one a second at most"
-    assert {payload[2] for *_, payload in told} == {3}, "UNSUPPORTED"
+    reported = [frame for frame in oracle.sent() if frame[2] == "COMMAND_ACK"]
+    assert 3 <= len(reported) <= 5, "one a second at most"
+    assert {payload[2] for *_, payload in reported} == {3}, "UNSUPPORTED"
     oracle.holds(counted="command to us", told="commands us", sends=answers)
 
 
@@ -243,7 +243,7 @@ def test_b6_50_what_would_steer_or_change_a_vehicle_is_not_for_us_and_goes_nowhe
 def test_b6_51_a_flood_of_requests_for_control_is_denied_once_a_second(attack: Attack) -> None:
     oracle = attack()
     oracle.run(5.0, lambda: command(oracle, REQUEST_CONTROL))
-    told = [payload for _, _, name, payload in oracle.sent() if name == "COMMAND_ACK"]
-    assert 4 <= len(told) <= 6 and {payload[2] for payload in told} == {2}, "DENIED"
+    reported = [payload for _, _, name, payload in oracle.sent() if name == "COMMAND_ACK"]
+    assert 4 <= len(reported) <= 6 and {payload[2] for payload in reported} == {2}, "DENIED"
     oracle.holds(counted="command to us", told="asks us for control: denied", sends=answers)
     assert len(oracle.told("asks us for control")) == 1

@@ -44,8 +44,8 @@ def test_b6_98_a_folder_of_ours_that_is_a_link_is_refused(tmp_path: Path, monkey
     (tmp_path / "named").mkdir()
     (tmp_path / "named/live").symlink_to(tmp_path / "elsewhere")
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "named"))
-    told = refused("keys", "list")
-    assert "live" in told and "link" in told
+    reported = refused("keys", "list")
+    assert "live" in reported and "link" in reported
     assert not list((tmp_path / "elsewhere").iterdir())
 
 

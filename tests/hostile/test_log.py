@@ -35,8 +35,8 @@ def test_refusals_are_reported_per_cause_every_half_minute() -> None:
             intake.datagrams("radio", [(bytes(7), PLACE)], clock.now())
         teller.tick(clock.now())
         clock.advance(1.0)
-    told = [(round(event.t_s), event.source, event.text) for event in log.since(0)]
-    assert told == [
+    reported = [(round(event.t_s), event.source, event.text) for event in log.since(0)]
+    assert reported == [
         (0, "station", "frames not taken: system id 0 (2)"),
         (30, "station", "frames not taken: system id 0 (60 more)"),
         (40, "link radio", "frames not taken: junk bytes (7)"),
@@ -54,8 +54,8 @@ def test_a_refusal_names_the_vehicles_since_the_last_report() -> None:
         dropped.count("system id 0", None)
         teller.tick(clock.now())
         clock.advance(31.0)
-    told = [(event.source, event.text) for event in log.since(0) if "position" in event.text]
-    assert told == [
+    reported = [(event.source, event.text) for event in log.since(0) if "position" in event.text]
+    assert reported == [
         ("vehicle 3", "frames not taken: invalid position (1)"),
         ("station", "frames not taken: invalid position (3 more): vehicles 3 5-6"),
         ("vehicle 5", "frames not taken: invalid position (1 more)"),
@@ -65,13 +65,13 @@ def test_a_refusal_names_the_vehicles_since_the_last_report() -> None:
 
 def test_texts_at_a_bearable_pace_and_urgent_ones_apart() -> None:
     pace = TextRateLimiter()
-    told = 0
+    reported = 0
     for number in range(1000):
         now = number / 100
         if pace.has_room(1, 6, now):
             pace.count(1, 6, now)
-            told += 1
-    assert MAX_BURST_TEXTS <= told <= MAX_BURST_TEXTS + 10 * TEXTS_PER_S + 1
+            reported += 1
+    assert MAX_BURST_TEXTS <= reported <= MAX_BURST_TEXTS + 10 * TEXTS_PER_S + 1
     assert not pace.has_room(1, 4, 10.0)
     assert pace.has_room(1, 0, 10.0), "an emergency is heard through chatter"
     assert pace.has_room(2, 6, 10.0), "others, too"

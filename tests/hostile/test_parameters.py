@@ -184,10 +184,10 @@ def test_b6_73_another_value_than_requested_is_reported(tmp_path: Path) -> None:
         server.value("ONE")
 
     rig.evil.answers["PARAM_SET"] = stubborn
-    told: list[str] = []
-    rig.station.services.params.set(1, "ONE", 7.0, lambda setting: told.append(setting.error))
-    rig.until(lambda: bool(told), 10.0)
-    assert told == ["vehicle holds 1"]
+    reported: list[str] = []
+    rig.station.services.params.set(1, "ONE", 7.0, lambda setting: reported.append(setting.error))
+    rig.until(lambda: bool(reported), 10.0)
+    assert reported == ["vehicle holds 1"]
     assert "parameter ONE NOT SET: vehicle holds 1" in rig.texts("vehicle 1")
     rig.holds()
 

@@ -105,11 +105,11 @@ def test_a_scenario_that_cannot_be_read_is_said_whatever_the_other_file_holds(
 
 def test_a_zone_that_nobody_serves(capsys: pytest.CaptureFixture[str]) -> None:
     more = '[[round.zone]]\nname = "spare"\nrole = "{}"\nshape = "circle"\ncentre_m = [40.0, 40.0]\nradius_m = 5.0\n\n'
-    for role, told in (("defend", True), ("no-fly", False)):
+    for role, reported in (("defend", True), ("no-fly", False)):
         text = SCENARIO.read_text()
         Path("a.toml").write_text(text.replace("[[round.zone]]", more.format(role) + "[[round.zone]]", 1))
         main(["check", "a.toml"])
-        assert ("no team serves spare: no vehicle flies there" in capsys.readouterr().out) is told
+        assert ("no team serves spare: no vehicle flies there" in capsys.readouterr().out) is reported
 
 
 def test_layers_with_nothing_to_spare(capsys: pytest.CaptureFixture[str]) -> None:
@@ -167,8 +167,8 @@ def test_a_mission_for_each_autopilot(capsys: pytest.CaptureFixture[str]) -> Non
     out = capsys.readouterr().out
     assert "mission: 3 items: " in out and "nothing is wrong" in out
     assert main(["check", "a.waypoints", "--autopilot", "px4", "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert told["ok"] is False and told["findings"][0] == {
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["ok"] is False and reported["findings"][0] == {
         "level": "error", "where": "mission 2", "text": "PX4 takes no spline (command 82) in a mission"
     }  # fmt: skip
 

@@ -53,6 +53,6 @@ def test_verbose_says_which_settings_are_used_and_where_an_error_comes_from(monk
     for name in (VERBOSE, QUIET, NO_COLOR):
         monkeypatch.setenv(name, "")
     assert main(["run", str(tmp_path / "none.toml"), "-v"]) == 2
-    told = capsys.readouterr().err
-    assert "config.toml: operator = 'Ada'" in told
-    assert "Traceback" in told
+    reported = capsys.readouterr().err
+    assert "config.toml: operator = 'Ada'" in reported
+    assert "Traceback" in reported

@@ -14,16 +14,16 @@ class Watched:
 
     def __init__(self) -> None:
         self.heard = Heard(**ARMED)
-        self.desk = AlarmTable(self.heard.clock, self.heard.events)
-        self.signs = VehicleAlarmMonitor(self.desk)
+        self.table = AlarmTable(self.heard.clock, self.heard.events)
+        self.signs = VehicleAlarmMonitor(self.table)
         self.vehicle = self.heard.is_at(relative_alt=20_000)
         self.vehicle.telemetry.battery_pct, self.vehicle.telemetry.gps_fix = 80.0, 3
 
     def found(self, *, in_flight: bool = True, failed_link: str = "") -> dict[str, str]:
-        """Details by cause; the desk knows of them from then on."""
+        """Details by cause; the table knows of them from then on."""
         now = self.heard.clock.now()
         findings = list(self.signs.findings(self.vehicle, now, in_flight=in_flight, failed_link=failed_link))
-        self.desk.look(findings)
+        self.table.look(findings)
         assert {finding.subject for finding in findings} <= {1}
         return {finding.cause: finding.text for finding in findings}
 
@@ -149,11 +149,11 @@ def test_why_is_in_its_own_words_as_long_as_it_lasts(watched: Watched) -> None:
     watched.says(system_status=5, custom_mode=9)
     watched.heard.clock.advance(2.0)
     watched.says(system_status=5, custom_mode=9)
-    told = watched.found()["failsafe"]
+    reported = watched.found()["failsafe"]
     watched.says(system_status=4)
     watched.found()
     watched.says(system_status=5, custom_mode=9)
-    assert (told, watched.found()["failsafe"]) == (
+    assert (reported, watched.found()["failsafe"]) == (
         "LAND: Radio lost; Radio Failsafe",
         "CRITICAL: a failsafe is active",
     ), "another one, of which it said nothing"

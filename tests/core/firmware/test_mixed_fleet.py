@@ -19,7 +19,7 @@ HOLD, OFFBOARD, GUIDED = 0x03040000, 0x060000, 4
 def test_a_mixed_fleet_keeps_its_slots_holds_goes_on_and_comes_home(rig: MakeRig) -> None:
     flight = rig(2, wants=None, autopilots="mixed").flying()
     assert flight.frame is not None and flight.frame.autopilot == ("ArduCopter", "PX4")
-    book = flight.station.flight.flights.by_id
+    flights = flight.station.flight.flights.by_id
     flight.until(lambda: all(f.joined for f in flight.station.flight.flights), 40.0, "on slot")
     flight.run(12.0)
     errors: list[tuple[float, ...]] = []
@@ -41,8 +41,8 @@ def test_a_mixed_fleet_keeps_its_slots_holds_goes_on_and_comes_home(rig: MakeRig
     assert len(flight.sent_to(2)) == said, "no stream is left running beside Hold"
 
     assert flight.ask(m.Resume()).ok
-    flight.until(lambda: {f.phase for f in book.values()} == {Phase.FLYING}, 40.0)
-    homes = {v: book[v].home_m for v in flight.ids}
+    flight.until(lambda: {f.phase for f in flights.values()} == {Phase.FLYING}, 40.0)
+    homes = {v: flights[v].home_m for v in flight.ids}
     assert flight.ask(m.Return()).ok
     flight.until(lambda: flight.station.flight.executive.run is RunPhase.IDLE, 200.0)
     assert all(math.dist(flight.place(v)[:2], homes[v][:2]) < 2.0 for v in flight.ids)
@@ -60,5 +60,5 @@ def test_a_vehicle_that_drops_its_goals_without_a_word_is_told(rig: MakeRig) -> 
     flight.station.services.params.set(1, "FENCE_ENABLE", 1)
     flight.run(5.0)
     flight.flying().run(15.0)
-    told = "stands still although it is asked to move: outside of its own fence"
-    assert any(told in text for text in flight.texts("vehicle 1"))
+    reported = "stands still although it is asked to move: outside of its own fence"
+    assert any(reported in text for text in flight.texts("vehicle 1"))

@@ -186,13 +186,13 @@ def test_positions_that_come_ever_later_are_told(wired: MakeWired) -> None:
         near.delay_s += 30 / 2400
         flight.step()
     assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK, "freshness is the time of arrival"
-    told = lateness(flight)
-    assert 2 <= len(told) <= 5
-    assert 15.0 < float(told[-1].split()[2]) < 30.0, "less 3 % by which the vehicle's clock may be slow"
+    reported = lateness(flight)
+    assert 2 <= len(reported) <= 5
+    assert 15.0 < float(reported[-1].split()[2]) < 30.0, "less 3 % by which the vehicle's clock may be slow"
     near.delay_s = 0.0
     near._up.clear()
     flight.run(60.0)
-    assert len(lateness(flight)) == len(told), "not any more, when they are new again"
+    assert len(lateness(flight)) == len(reported), "not any more, when they are new again"
 
 
 class Stopped(Wire):

@@ -91,13 +91,13 @@ def test_what_is_said_every_five_seconds_for_ever_is_told_ever_more_seldom() -> 
     """ArduPilot's "ODID: lost operator location"; what comes again later is told at once."""
     clock = VirtualClock()
     events = EventLog(clock)
-    desk = StatusTextReporter(clock, events, RejectionCounter())
+    reporter = StatusTextReporter(clock, events, RejectionCounter())
     for _ in range(120):  # ten minutes
-        desk.take_status_text(a_vehicle(1), chunk("ODID: lost operator location", 0, 0))
+        reporter.take_status_text(a_vehicle(1), chunk("ODID: lost operator location", 0, 0))
         clock.advance(5.0)
-    told = [event.t_s for event in events.since(0)]
-    assert told[:5] == [0.0, 5.0, 15.0, 35.0, 75.0] and len(told) == 13
+    reported = [event.t_s for event in events.since(0)]
+    assert reported[:5] == [0.0, 5.0, 15.0, 35.0, 75.0] and len(reported) == 13
     assert events.since(0)[-1].text == "ODID: lost operator location … (11 more)"
     clock.advance(200.0)
-    desk.take_status_text(a_vehicle(1), chunk("ODID: lost operator location", 0, 0))
+    reporter.take_status_text(a_vehicle(1), chunk("ODID: lost operator location", 0, 0))
     assert events.since(0)[-1].t_s == clock.now()

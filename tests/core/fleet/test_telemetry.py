@@ -190,13 +190,13 @@ def test_what_its_gps_does_not_say_is_not_known() -> None:
 
 
 def test_a_position_that_gets_bad_is_told_once_and_only_of_who_is_armed() -> None:
-    for beat, told in ((BEAT, []), (ARMED, ["position degraded: ±12 m"])):
+    for beat, reported in ((BEAT, []), (ARMED, ["position degraded: ±12 m"])):
         heard = Heard(**beat)
         heard.say("GPS_RAW_INT", fix_type=3, h_acc=900)
         heard.say("GPS_RAW_INT", fix_type=3, h_acc=10_000)
         heard.say("GPS_RAW_INT", fix_type=3, h_acc=12_000)
         heard.say("GPS_RAW_INT", fix_type=3, h_acc=13_000, after_s=60.0)
-        assert [text for text in heard.told() if "degraded" in text] == told
+        assert [text for text in heard.told() if "degraded" in text] == reported
 
 
 def test_a_fix_that_is_lost_in_flight_is_told_as_that() -> None:
@@ -378,8 +378,10 @@ def test_which_homes_are_believed(at_deg: float | None, home_deg: float, armed: 
         heard.is_at()
         heard.say("HOME_POSITION", latitude=52 * E7, longitude=round(LON * E7))
         heard.is_at(LAT + at_deg, after_s=60.0)
-    told = heard.say("HOME_POSITION", latitude=round((LAT + home_deg) * E7), longitude=round(LON * E7)).telemetry.home_m
-    assert (told is not None and told[1] == pytest.approx(1000.0 * NORTH_M * home_deg, rel=0.001)) is believed
+    reported = heard.say(
+        "HOME_POSITION", latitude=round((LAT + home_deg) * E7), longitude=round(LON * E7)
+    ).telemetry.home_m
+    assert (reported is not None and reported[1] == pytest.approx(1000.0 * NORTH_M * home_deg, rel=0.001)) is believed
 
 
 @pytest.mark.parametrize(

@@ -169,8 +169,8 @@ def test_b6_112_two_operators_press_opposite_keys_within_50_ms(rig: MakeRig) -> 
     flight.run(0.05)
     assert flight.ask(m.Resume(), "console-2").ok
     assert flight.station.publisher.status().in_control == "console-2"
-    told = [(e.source, e.text.split(":")[0]) for e in flight.events() if e.cls is m.EventClass.OPERATOR]
-    assert told[-2:] == [("console-1", "hold"), ("console-2", "resume")]
+    reported = [(e.source, e.text.split(":")[0]) for e in flight.events() if e.cls is m.EventClass.OPERATOR]
+    assert reported[-2:] == [("console-1", "hold"), ("console-2", "resume")]
     flight.run(3.0)
     assert [flight.phase(v) for v in flight.ids] == [Phase.FLYING] * 2
 

@@ -180,8 +180,8 @@ def test_a_planner_sends_one_vehicle_home_and_the_others_fly_on(rig: MakeRig) ->
     assert flight.phase(1) is Phase.GROUND
     assert math.dist(flight.place(1)[:2], (45.0, 170.0)) < 2.0
     assert flight.phase(2) is Phase.FLYING and flight.station.flight.executive.run is RunPhase.RUNNING
-    told = [text for text in flight.texts("planner defend") if "home" in text]
-    assert told == ["sends vehicle 1 home (battery ␛[31mlow)"]
+    reported = [text for text in flight.texts("planner defend") if "home" in text]
+    assert reported == ["sends vehicle 1 home (battery ␛[31mlow)"]
     for _ in range(20):
         flight.plan(Intent(1, "goto", position_m=(200.0, 200.0, 27.0)), stay)
         flight.run(0.2)

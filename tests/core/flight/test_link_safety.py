@@ -152,11 +152,11 @@ def test_in_sim_an_id_that_moved_to_another_address_is_told_and_out_of_the_missi
 
 def test_a_vehicle_whose_positions_stop_is_taken_out_and_not_steered(rig: MakeRig) -> None:
     flight = rig(3).flying().run(8.0)
-    told = len(flight.texts("vehicle 2"))
+    reported = len(flight.texts("vehicle 2"))
     losing(flight, 2, GLOBAL_POSITION_INT)
     flight.run(6.0)
     assert flight.phase(2) is Phase.TAKEN_OUT
-    assert len(flight.texts("vehicle 2")) > told
+    assert len(flight.texts("vehicle 2")) > reported
     since_s = flight.clock.now()
     flight.run(10.0)
     assert not flight.sent_to(2, SETPOINT, since_s)

@@ -167,8 +167,8 @@ def test_one_not_on_its_layer_is_in_the_way_of_who_is() -> None:
     watch.flies(1, (0.0, 100.0, 30.0))
     watch.flies(2, (0.0, 85.0, 30.0), Phase.HOLDING)
     watch.executive.go_home((1,))
-    told = watch.run(1.0).orders(1)
-    assert "to (0, 100, 30)" in told and "to (0, 0, 30)" not in told
+    reported = watch.run(1.0).orders(1)
+    assert "to (0, 100, 30)" in reported and "to (0, 0, 30)" not in reported
 
 
 @pytest.mark.parametrize("home", [None, (5.0, 5.0, 0.0)])

@@ -24,9 +24,9 @@ def passing(other_m: tuple[float, float, float], phase: Phase = Phase.HOLDING, l
 def goes_home(watch: Watch) -> bool:
     """Whether 1 goes on, and does not wait."""
     watch.executive.go_home((1,))
-    told = watch.run(1.0).orders(1)
-    assert ("to (0, 0, 30)" in told) != any(text.startswith("waits on its way home: ") for text in watch.told())
-    return "to (0, 0, 30)" in told
+    reported = watch.run(1.0).orders(1)
+    assert ("to (0, 0, 30)" in reported) != any(text.startswith("waits on its way home: ") for text in watch.told())
+    return "to (0, 0, 30)" in reported
 
 
 @pytest.mark.parametrize(("height_m", "goes"), [(34.2, True), (33.8, False), (35.0, True)])

@@ -147,7 +147,7 @@ def test_one_that_cannot_go_on_says_why(rig: MakeRig) -> None:
     assert flight.ask(m.Return(vehicles=(1,))).ok
     flight.run(8.0)
     text = "waits on its way home: too close to vehicle 2 in 0.0 s; there is no free place beside it"
-    assert any(text[:44] in told and text[51:] in told for told in flight.texts("vehicle 1"))
+    assert any(text[:44] in reported and text[51:] in reported for reported in flight.texts("vehicle 1"))
     assert flight.place(1)[2] == pytest.approx(41.0, abs=2.0)
 
 
@@ -179,13 +179,13 @@ def seen_by_the_monitor(at_m: Vec3, home_m: Vec3) -> int:
     """Violations counted when vehicle 1, whose home is there, lands at `at_m` with vehicle 2 1 m beside it."""
     whole = scenario(2)
     guard = Guard(whole.limits, whole.rounds[0].area, ())
-    book = FlightTable(
+    flights = FlightTable(
         {
             1: Flight(1, "defend", 27.0, Phase.LANDING, home_m=home_m),
             2: Flight(2, "defend", 34.0, Phase.HOLDING, home_m=(45.0, 190.0, 0.0)),
         }
     )
-    monitor = FleetMonitor(guard, book)
+    monitor = FleetMonitor(guard, flights)
     monitor.look([hovering(1, at_m), hovering(2, (at_m[0] + 1.0, at_m[1], at_m[2]))])
     return monitor.violations
 

@@ -137,9 +137,9 @@ def test_the_newer_stop_ends_the_older_one(first: str, second: str) -> None:
     STOPS[first](watch, (1,))
     watch.run(1.0).orders(1)
     STOPS[second](watch, (1,))
-    told = watch.run(2.0).orders(1)
+    reported = watch.run(2.0).orders(1)
     place = {"hold": "to (0, 100, 30)", "return": "to (0, 0, 30)", "land": "LAND"}[second]
-    assert place in told and set(told) <= {place, "at most 8 m/s"} and watch.flight(1).phase is BECOMES[second]
+    assert place in reported and set(reported) <= {place, "at most 8 m/s"} and watch.flight(1).phase is BECOMES[second]
 
 
 # ---------------------------------------------------------------- starts, landings, those in other hands
@@ -289,8 +289,8 @@ def test_who_resumes_below_its_layer_climbs_there_first() -> None:
     watch.executive.resume()
     watch.orders(2)
     watch.vehicle(2).telemetry.custom_mode = GUIDED
-    told = watch.run(1.0).orders(2)
-    assert "to (50, 100, 40)" in told and "at most 8 m/s" in told
+    reported = watch.run(1.0).orders(2)
+    assert "to (50, 100, 40)" in reported and "at most 8 m/s" in reported
     assert watch.phases() == [Phase.HOLDING, Phase.TAKEOFF], "the one that is ready waits for the other"
     watch.place(2, (50.0, 100.0, 39.2))
     assert watch.run().phases() == [Phase.FLYING, Phase.FLYING]
@@ -584,8 +584,8 @@ def test_who_disarms_is_down_and_it_is_told_how(
     watch.place(1, (3.0, 4.0, height_m), armed=False)
     watch.run()
     assert watch.phases() == [Phase.GROUND]
-    told = [event for event in watch.events.since(0) if event.source == "vehicle 1"]
-    assert [(event.text, event.severity <= 1) for event in told] == [(text, is_alarm)]
+    reported = [event for event in watch.events.since(0) if event.source == "vehicle 1"]
+    assert [(event.text, event.severity <= 1) for event in reported] == [(text, is_alarm)]
     assert watch.executive.run is RunPhase.IDLE and watch.run(5.0).orders(1) == []
 
 
@@ -609,8 +609,8 @@ def test_a_hold_of_one_that_has_just_come_down_is_no_alarm(landed_state: int, he
     watch.place(1, (3.0, 4.0, height_m), armed=False, landed_state=1)
     watch.run()
     assert watch.phases() == [Phase.GROUND]
-    told = [event for event in watch.events.since(0) if event.source == "vehicle 1"]
-    assert [(event.text, event.severity <= 1) for event in told][-1] == (
+    reported = [event for event in watch.events.since(0) if event.source == "vehicle 1"]
+    assert [(event.text, event.severity <= 1) for event in reported][-1] == (
         "landed and disarmed, held on the ground",
         False,
     )

@@ -157,10 +157,10 @@ def test_a_planner_that_fails_holds_its_vehicles_and_its_last_line_is_told(rig: 
         flight.plan(error=error)
         flight.run(0.2)
     assert flight.phase(1) is Phase.HOLDING
-    told = flight.alerts()
-    assert told and all("\n" not in text and "\x1b" not in text for text in told)
+    reported = flight.alerts()
+    assert reported and all("\n" not in text and "\x1b" not in text for text in reported)
     if "ValueError" in error:
-        assert told[0] == "planner patrol failed: ValueError: no zone"
+        assert reported[0] == "planner patrol failed: ValueError: no zone"
 
 
 def test_a_planner_that_fails_once_goes_on_and_its_vehicles_do_not_hold(rig: MakeRig) -> None:
@@ -223,11 +223,11 @@ def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig
     for _ in range(100):
         flight.plan(notes=tuple(f"thought {flight.clock.now():.1f} {k}" for k in range(5)))
         flight.run(0.2)
-    told = [e.text for e in flight.events() if e.source == "planner defend"]
-    thoughts = [text for text in told if "thought" in text]
+    reported = [e.text for e in flight.events() if e.source == "planner defend"]
+    thoughts = [text for text in reported if "thought" in text]
     assert 5 <= len(thoughts) <= 5 + 20 * NOTES_PER_S + 1, "five at once, then one in ten seconds"
     assert controller.dropped_notes == 500 - len(thoughts)
-    assert [text for text in told if "too many notes" in text] == [
+    assert [text for text in reported if "too many notes" in text] == [
         "planner patrol: sends too many notes: some are left out"
     ]
 

@@ -21,9 +21,9 @@ def closed(low_m: float | None, high_m: float | None) -> Zone:
 
 def out(w: FlightRegion, *place: float, error_m: float = 0.0) -> float:
     inside = (30.0, 30.0, 40.0)
-    told = w.outside_m(np.array([inside, place]), error_m)
-    assert told[0] == 0.0, "each by itself"
-    return float(told[1])
+    reported = w.outside_m(np.array([inside, place]), error_m)
+    assert reported[0] == 0.0, "each by itself"
+    return float(reported[1])
 
 
 def test_inside_and_how_far_outside() -> None:

@@ -39,23 +39,23 @@ def test_the_stopping_point_counts_not_only_the_place() -> None:
     assert verdict(guard(), (185.0, 100.0, 40.0), passing(190.0, 100.0, vx=8.0)) == "area"
     assert verdict(guard(), (185.0, 100.0, 40.0), passing(190.0, 100.0, vx=-8.0)) == ""
     assert verdict(guard(), (175.0, 100.0, 40.0), passing(180.0, 100.0, vx=8.0)) == ""
-    told = judge(guard(), sight((177.5, 100.0, 40.0), passing(182.5, 100.0, vx=8.0))).text
-    assert told == "(195, 100) is outside the operating area less its margin", "it ends at 195.3"
+    reported = judge(guard(), sight((177.5, 100.0, 40.0), passing(182.5, 100.0, vx=8.0))).text
+    assert reported == "(195, 100) is outside the operating area less its margin", "it ends at 195.3"
 
 
 def test_nor_the_stopping_point_alone() -> None:
     """Back inwards at 8 m/s it would end at 184 m; but first it is told to be at 197 m."""
-    told = judge(guard(), sight((190.0, 100.0, 40.0), passing(197.0, 100.0, vx=-8.0))).text
-    assert told == "(197, 100) is outside the operating area less its margin"
+    reported = judge(guard(), sight((190.0, 100.0, 40.0), passing(197.0, 100.0, vx=-8.0))).text
+    assert reported == "(197, 100) is outside the operating area less its margin"
 
 
 def test_half_a_metre_in_the_margin_is_in_the_margin_and_the_text_says_where() -> None:
     assert verdict(guard(), (50.0, 50.0, 40.0), stand(195.5, 100.0)) == "area"
     g = guard()
-    told = judge(g, sight((50.0, 50.0, 40.0), stand(197.0, 101.0))).text
-    assert told == "(197, 101) is outside the operating area less its margin"
-    told = judge(g, sight((185.0, 100.0, 40.0), passing(190.0, 100.0, vx=8.0)), now=1.0).text
-    assert told == "(211, 100) is outside the operating area less its margin", "where it stops is farther out"
+    reported = judge(g, sight((50.0, 50.0, 40.0), stand(197.0, 101.0))).text
+    assert reported == "(197, 101) is outside the operating area less its margin"
+    reported = judge(g, sight((185.0, 100.0, 40.0), passing(190.0, 100.0, vx=8.0)), now=1.0).text
+    assert reported == "(211, 100) is outside the operating area less its margin", "where it stops is farther out"
 
 
 def test_what_leads_back_inside_passes() -> None:
@@ -80,8 +80,8 @@ def test_from_inside_the_margin_the_way_may_not_leave_the_area_either() -> None:
 
 def test_a_way_from_inside_to_inside_keeps_the_margin_too() -> None:
     """Past the inner corner at (60, 60), 3 m from it."""
-    told = judge(guard(L_SHAPE), sight((54.9, 62.0, 40.0), stand(60.0, 54.9))).text
-    assert told == "the straight way there leaves the operating area less its margin"
+    reported = judge(guard(L_SHAPE), sight((54.9, 62.0, 40.0), stand(60.0, 54.9))).text
+    assert reported == "the straight way there leaves the operating area less its margin"
 
 
 def test_a_veto_names_the_no_fly_zone_that_is_cut() -> None:

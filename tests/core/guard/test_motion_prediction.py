@@ -304,8 +304,8 @@ def test_nobody_is_no_trouble() -> None:
 
 
 def test_a_speed_that_is_no_number_is_the_limit() -> None:
-    told = seen(VehicleState(1, HERE, EAST, MotionModel.FOLLOWS, PositionTarget((250.0, 50.0, 40.0), math.nan)))
-    assert along(told, "goes_m", 5.0)[0] == pytest.approx(40.0)
+    reported = seen(VehicleState(1, HERE, EAST, MotionModel.FOLLOWS, PositionTarget((250.0, 50.0, 40.0), math.nan)))
+    assert along(reported, "goes_m", 5.0)[0] == pytest.approx(40.0)
 
 
 @pytest.mark.parametrize("speed_m_s", [8.0, 16.0, 16.3])

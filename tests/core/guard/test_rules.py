@@ -222,9 +222,9 @@ def test_a_vehicle_that_does_not_know_where_it_is_is_not_called_outside() -> Non
     area = OperatingArea(SQUARE, 20.0, 90.0)
     here = sight((150.0, 50.0, 40.0), passing(150.0, 50.0, vx=8.0), (8.0, 0.0, 0.0))
     assert judge(Guard(NO_MARGIN, area, ()), here).code == ""
-    told = judge(Guard(NO_MARGIN, area, ()), dataclasses.replace(here, error_m=80.0))
-    assert told.code == "area"
-    assert told.text.startswith("its place is known to ±80 m only: it could come "), told.text
+    reported = judge(Guard(NO_MARGIN, area, ()), dataclasses.replace(here, error_m=80.0))
+    assert reported.code == "area"
+    assert reported.text.startswith("its place is known to ±80 m only: it could come "), reported.text
 
 
 def test_its_real_velocity_counts() -> None:
@@ -250,9 +250,9 @@ def test_what_turns_away_better_than_braking_passes() -> None:
 def test_up_and_down_too(z: float, up: float, code: str) -> None:
     """From 1.5 m/s: half a second on, and 0.8 m/s² after another quarter; 1.5 m may be outside."""
     sinks = shifted(samples([(0.0, 0.0, up)] * 9), 0.0, 0.0, z - 40.0)
-    told = said(sinks, position=(50.0, 50.0, z))
-    assert told.code == code
-    assert not code or told.text == "it could not brake in time: 2 m outside the altitude band"
+    reported = said(sinks, position=(50.0, 50.0, z))
+    assert reported.code == code
+    assert not code or reported.text == "it could not brake in time: 2 m outside the altitude band"
 
 
 def test_below_the_band_and_up_again_is_below_the_band() -> None:

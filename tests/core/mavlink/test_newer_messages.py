@@ -91,8 +91,8 @@ def test_events_are_of_the_autopilot_and_on_time_and_it_tells_their_sequence(pat
 @pytest.mark.skipif(not SHARED.exists(), reason="the metadata of that PX4 is not beside this repository")
 @pytest.mark.parametrize("path", PX4, ids=lambda path: f"{path.parent.parent.name}-{path.stem}")
 def test_every_event_is_one_that_this_px4_can_tell(path: Path) -> None:
-    told = json.loads(lzma.decompress((SHARED / "px4" / "all_events.json.xz").read_bytes()))
-    groups = told["components"]["1"]["event_groups"].values()
+    reported = json.loads(lzma.decompress((SHARED / "px4" / "all_events.json.xz").read_bytes()))
+    groups = reported["components"]["1"]["event_groups"].values()
     names = {1 << 24 | int(number): event["name"] for group in groups for number, event in group["events"].items()}
     heard = {names[event.fields["id"]] for event in messages(path, "EVENT")}
     assert "commander_arming_check_summary" in heard

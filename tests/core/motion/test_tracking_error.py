@@ -170,8 +170,8 @@ def test_a_place_to_stand_at_has_no_lag() -> None:
 def test_who_stands_still_although_asked_to_move_is_noticed_after_six_seconds() -> None:
     vehicle, tracking, goal = a_vehicle(1), TrackingMonitor(), PositionTarget((50.0, 0.0, 20.0), 5.0)
     vehicle.telemetry.position_m, vehicle.telemetry.fix = (0.0, 0.0, 20.0), (0, 0, 0, 0, 20_000, 0, 0, 0, 0)
-    told = [now for now in range(20) if tracking.ignores(goal, vehicle, float(now))]
-    assert told and told[0] == 7
+    reported = [now for now in range(20) if tracking.ignores(goal, vehicle, float(now))]
+    assert reported and reported[0] == 7
     vehicle.telemetry.fix = (0, 0, 0, 0, 20_000, 300, 0, 0, 0)
     assert not tracking.ignores(goal, vehicle, 20.0)
     vehicle.telemetry.position_m, vehicle.telemetry.fix = (49.0, 0.0, 20.0), (0, 0, 0, 0, 20_000, 0, 0, 0, 0)

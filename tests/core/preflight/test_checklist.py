@@ -270,9 +270,9 @@ def test_an_override_names_the_check_and_the_operator_and_is_journalled(rig: Mak
     assert not flight.ask(m.Start(vehicles=flight.ids, overrides=("rehearsal",))).ok, "nobody says so"
     assert not flight.ask(m.Start(vehicles=flight.ids, operator="Ada")).ok, "not rehearsed"
     assert flight.ask(m.Start(vehicles=flight.ids, overrides=("rehearsal",), operator="Ada")).ok
-    told = flight.texts("console-1")
-    assert any(text.startswith("OVERRIDDEN by Ada for this start: rehearsal: this plan was not") for text in told)
-    assert any(text.startswith("start signed by Ada") and text.endswith("overridden: rehearsal") for text in told)
+    reported = flight.texts("console-1")
+    assert any(text.startswith("OVERRIDDEN by Ada for this start: rehearsal: this plan was not") for text in reported)
+    assert any(text.startswith("start signed by Ada") and text.endswith("overridden: rehearsal") for text in reported)
 
 
 def test_an_override_holds_for_one_start(rig: MakeRig, tmp_path: Path) -> None:
@@ -376,9 +376,9 @@ def test_who_is_armed_by_hand_is_told_with_what_speaks_against_it(rig: MakeRig, 
     read(flight)
     assert ask(flight, Arm((1,)), "console-1").ok
     flight.until(lambda: bool(flight.sim.armed[0]), 10.0, "armed")
-    told = [text for text in flight.texts("console-1") if "armed by hand" in text]
-    assert any("vehicle 1 is armed by hand although station-loss: " in text for text in told)
-    assert not any("sign-off" in text or "rehearsal" in text for text in told), "these are about the scenario"
+    reported = [text for text in flight.texts("console-1") if "armed by hand" in text]
+    assert any("vehicle 1 is armed by hand although station-loss: " in text for text in reported)
+    assert not any("sign-off" in text or "rehearsal" in text for text in reported), "these are about the scenario"
 
 
 def test_what_is_not_so_cannot_be_acknowledged(rig: MakeRig, tmp_path: Path) -> None:

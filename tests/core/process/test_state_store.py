@@ -116,10 +116,10 @@ def test_the_text_last_flown_can_be_asked_for(rig: MakeRig, path: Path) -> None:
 
 def test_what_planners_learnt_comes_back_to_each_team(rig: MakeRig, path: Path) -> None:
     ground = rig(8)
-    for name, desk in ground.station.active.team_controllers.items():
-        desk.learnt = name.encode() + b"\x00\xff"
+    for name, controller in ground.station.active.team_controllers.items():
+        controller.learnt = name.encode() + b"\x00\xff"
     after = next_station(ground, path)
-    assert {name: desk.learnt for name, desk in after.active.team_controllers.items()} == {
+    assert {name: controller.learnt for name, controller in after.active.team_controllers.items()} == {
         "defend": b"defend\x00\xff",
         "attack": b"attack\x00\xff",
     }

@@ -235,8 +235,8 @@ def test_what_was_answered_stays_answered_and_nothing_is_new(rig: MakeRig, tmp_p
     flight.run(20.0)
     lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")
     assert (lost.state, lost.vehicles, lost.raised) == ("acknowledged", (2, 3), raised["lost"])
-    told = flight.texts("alarm")  # nor is it lost, or has left, because it was not heard in the first moment
-    assert told == ["found in the air: vehicle 1"]
+    reported = flight.texts("alarm")  # nor is it lost, or has left, because it was not heard in the first moment
+    assert reported == ["found in the air: vehicle 1"]
     silent.add(0)
     flight.run(6.0)
     lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")
@@ -323,18 +323,18 @@ def test_what_was_being_changed_is_told_and_is_not_taken_for_whole(rig: MakeRig,
     StateStore(path).remember(ground.station.parts, ground.station.frontend)
     ground.restart_station(StateStore(path))
     ground.run(12.0)
-    book = ground.station.services.missions.registry
-    assert 0 < book.state(1).total < 120, "the beginning of it"
-    told = "upload mission of 120 items: cut short when the station ended"
-    assert any(text.startswith(told) for text in ground.texts("vehicle 1"))
+    registry = ground.station.services.missions.registry
+    assert 0 < registry.state(1).total < 120, "the beginning of it"
+    reported = "upload mission of 120 items: cut short when the station ended"
+    assert any(text.startswith(reported) for text in ground.texts("vehicle 1"))
     (alarm,) = (alarm for alarm in ground.station.alarms.alarms() if alarm.cause == "alert")
-    assert (alarm.vehicles, alarm.state) == ((1,), "new") and told in alarm.text
+    assert (alarm.vehicles, alarm.state) == ((1,), "new") and reported in alarm.text
     found = {one.name: one.text for one in plans_on_board(ground.station, ground.station.picture.fleet.vehicles[1])}
     assert found["mission"] == "mission on board was changed: the station ended while it was changing it"
     StateStore(path).remember(ground.station.parts, ground.station.frontend)
     ground.restart_station(StateStore(path))
     ground.run(3.0)
-    assert not any(text.startswith(told) for text in ground.texts("vehicle 1")), "once"
+    assert not any(text.startswith(reported) for text in ground.texts("vehicle 1")), "once"
     assert ground.station.services.missions.registry.to_read(1, PlanKind.MISSION), "but it is not forgotten"
 
 

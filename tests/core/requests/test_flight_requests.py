@@ -27,7 +27,7 @@ from tui_gcs.core.uplink.jobs import JobState
 NAN = math.nan
 
 
-class Desk(Watch):
+class OrderWatch(Watch):
     """A watch that answers requests; `lift` is why vehicles must not lift off."""
 
     def __init__(self, count: int = 2, lift: str = "", items: int = 0) -> None:
@@ -55,9 +55,9 @@ class Desk(Watch):
         return self.task.state, self.task.text
 
 
-def aloft(phase: Phase = Phase.FLYING, **desk: Any) -> Desk:
+def aloft(phase: Phase = Phase.FLYING, **setting: Any) -> OrderWatch:
     """1 flies 100 m north of its home, on its layer."""
-    watch = Desk(**desk)
+    watch = OrderWatch(**setting)
     watch.flies(1, (0.0, 100.0, 30.0), phase)
     return watch
 
@@ -66,32 +66,32 @@ def aloft(phase: Phase = Phase.FLYING, **desk: Any) -> Desk:
 
 
 def test_arming_sets_the_mode_first_and_ends_when_it_shows() -> None:
-    desk = Desk()
-    desk.vehicle(1).telemetry.custom_mode = BRAKE
-    assert desk.do(f.Arm((1,))) == ""
-    assert desk.run(0.3).orders(1) == ["GUIDED"]
-    desk.vehicle(1).telemetry.custom_mode = GUIDED
-    assert desk.run(0.3).orders(1) == ["arm"] and not desk.task.over
-    desk.vehicle(1).telemetry.armed = True
-    desk.run()
-    assert desk.ended() == (JobState.DONE, "armed")
-    assert desk.do(f.Arm((1,))) == "it is armed"
+    watch = OrderWatch()
+    watch.vehicle(1).telemetry.custom_mode = BRAKE
+    assert watch.do(f.Arm((1,))) == ""
+    assert watch.run(0.3).orders(1) == ["GUIDED"]
+    watch.vehicle(1).telemetry.custom_mode = GUIDED
+    assert watch.run(0.3).orders(1) == ["arm"] and not watch.task.over
+    watch.vehicle(1).telemetry.armed = True
+    watch.run()
+    assert watch.ended() == (JobState.DONE, "armed")
+    assert watch.do(f.Arm((1,))) == "it is armed"
 
 
 def test_what_must_not_lift_off_is_not_armed() -> None:
     for request in (f.Arm((1,)), f.TakeOff((1,), 20.0)):
-        desk = Desk(lift="battery low")
-        assert desk.do(request) == "battery low" and desk.run(1.0).sent == []
+        watch = OrderWatch(lift="battery low")
+        assert watch.do(request) == "battery low" and watch.run(1.0).sent == []
 
 
 def test_only_what_stands_on_the_ground_is_disarmed() -> None:
-    desk = Desk()
-    assert desk.do(f.Disarm((1,))) == "it is not armed"
-    desk.vehicle(1).telemetry.armed = True
-    assert desk.do(f.Disarm((1,))) == "" and desk.run(0.3).orders(1) == ["disarm"]
-    desk.vehicle(1).telemetry.armed = False
-    desk.run()
-    assert desk.ended() == (JobState.DONE, "disarmed")
+    watch = OrderWatch()
+    assert watch.do(f.Disarm((1,))) == "it is not armed"
+    watch.vehicle(1).telemetry.armed = True
+    assert watch.do(f.Disarm((1,))) == "" and watch.run(0.3).orders(1) == ["disarm"]
+    watch.vehicle(1).telemetry.armed = False
+    watch.run()
+    assert watch.ended() == (JobState.DONE, "disarmed")
     assert aloft().do(f.Disarm((1,))) == "it is in the air: land it first"
 
 
@@ -104,106 +104,108 @@ def test_only_what_stands_on_the_ground_is_disarmed() -> None:
     ],
 )
 def test_motors_are_stopped_of_one_vehicle_with_a_reason(vehicles: tuple[int, ...], reason: str, why: str) -> None:
-    desk = aloft()
-    assert desk.do(f.KillMotors(vehicles, reason)) == why and desk.orders(1) == []
+    watch = aloft()
+    assert watch.do(f.KillMotors(vehicles, reason)) == why and watch.orders(1) == []
 
 
 def test_motors_are_stopped_at_once_and_that_is_not_said_again_later() -> None:
-    desk = aloft()
-    desk.executive.land((1,))
-    desk.orders(1)
-    assert desk.do(f.KillMotors((1,), "it burns")) == "" and desk.task.what == "KILL MOTORS: it burns"
-    desk.run(1.5)
-    assert desk.orders(1) == ["disarm now"], "the landing is not said on"
-    desk.run(10.0)
-    assert desk.ended() == (JobState.FAILED, "it is held: no answer")
-    assert desk.orders(1)[:2] == ["disarm now", "to (0, 100, 30)"]
-    assert Desk().do(f.KillMotors((1,), "it burns")) == "it is not armed"
+    watch = aloft()
+    watch.executive.land((1,))
+    watch.orders(1)
+    assert watch.do(f.KillMotors((1,), "it burns")) == "" and watch.task.what == "KILL MOTORS: it burns"
+    watch.run(1.5)
+    assert watch.orders(1) == ["disarm now"], "the landing is not said on"
+    watch.run(10.0)
+    assert watch.ended() == (JobState.FAILED, "it is held: no answer")
+    assert watch.orders(1)[:2] == ["disarm now", "to (0, 100, 30)"]
+    assert OrderWatch().do(f.KillMotors((1,), "it burns")) == "it is not armed"
 
 
-def leaves_its_mode(desk: Desk) -> None:
-    desk.vehicle(1).telemetry.custom_mode = 6
+def leaves_its_mode(watch: OrderWatch) -> None:
+    watch.vehicle(1).telemetry.custom_mode = 6
 
 
-def is_not_heard(desk: Desk) -> None:
-    desk.silent.add(1)
-    desk.run(3.0)
+def is_not_heard(watch: OrderWatch) -> None:
+    watch.silent.add(1)
+    watch.run(3.0)
 
 
-def is_outside(desk: Desk) -> None:
-    desk.place(1, (0.0, 390.0, 30.0), moving=(0.0, 8.0, 0.0))
+def is_outside(watch: OrderWatch) -> None:
+    watch.place(1, (0.0, 390.0, 30.0), moving=(0.0, 8.0, 0.0))
 
 
 @pytest.mark.parametrize("noticed", [leaves_its_mode, is_not_heard, is_outside])
-def test_nothing_that_is_noticed_comes_between_an_operator_and_the_motors(noticed: Callable[[Desk], None]) -> None:
+def test_nothing_that_is_noticed_comes_between_an_operator_and_the_motors(
+    noticed: Callable[[OrderWatch], None],
+) -> None:
     """It leaves its mode, is lost or meets the guard's veto in the very second in which its motors are stopped."""
-    desk = aloft()
-    desk.do(f.GoTo((1,), ((0.0, 300.0, 30.0),)))
-    desk.run(5.0)
-    noticed(desk)
-    desk.sent.clear()
-    desk.do(f.KillMotors((1,), "flies away"))
-    desk.run(2.5)
-    assert [words for _, words in desk.sent] == ["disarm now"] * 3
-    desk.silent.clear()
-    desk.place(1, (0.0, 100.0, 5.0), armed=False)
-    desk.run()
-    assert desk.ended() == (JobState.DONE, "motors stopped") and desk.phases()[0] is Phase.GROUND
-    assert "motors stopped, as an operator ordered" in list(desk.told())
+    watch = aloft()
+    watch.do(f.GoTo((1,), ((0.0, 300.0, 30.0),)))
+    watch.run(5.0)
+    noticed(watch)
+    watch.sent.clear()
+    watch.do(f.KillMotors((1,), "flies away"))
+    watch.run(2.5)
+    assert [words for _, words in watch.sent] == ["disarm now"] * 3
+    watch.silent.clear()
+    watch.place(1, (0.0, 100.0, 5.0), armed=False)
+    watch.run()
+    assert watch.ended() == (JobState.DONE, "motors stopped") and watch.phases()[0] is Phase.GROUND
+    assert "motors stopped, as an operator ordered" in list(watch.told())
 
 
 @pytest.mark.parametrize("phase", [Phase.GROUND, Phase.TAKEN_OUT])
 def test_who_was_not_ours_to_steer_is_not_held_where_its_motors_go_on(phase: Phase) -> None:
-    desk = aloft()
-    desk.flight(1).enter(phase, 0.0, "mode")
-    desk.vehicle(1).telemetry.landed_state, desk.vehicle(1).telemetry.position_m = 1, (0.0, 0.0, 0.0)
-    desk.do(f.KillMotors((1,), "it burns"))
-    desk.run(12.0)
-    assert desk.ended() == (JobState.FAILED, "no answer") and desk.orders(1) == ["disarm now"]
-    assert desk.phases()[0] is phase
+    watch = aloft()
+    watch.flight(1).enter(phase, 0.0, "mode")
+    watch.vehicle(1).telemetry.landed_state, watch.vehicle(1).telemetry.position_m = 1, (0.0, 0.0, 0.0)
+    watch.do(f.KillMotors((1,), "it burns"))
+    watch.run(12.0)
+    assert watch.ended() == (JobState.FAILED, "no answer") and watch.orders(1) == ["disarm now"]
+    assert watch.phases()[0] is phase
 
 
 @pytest.mark.parametrize("alt_m", [2.4, 90.1, NAN, math.inf])
 def test_nobody_takes_off_to_where_it_cannot_stay(alt_m: float) -> None:
-    assert Desk().do(f.TakeOff((1,), alt_m)) == f"{alt_m:g} m: 2.5 to 90 m are allowed"
-    assert all(Desk().do(f.TakeOff((1,), good)) == "" for good in (2.5, 90.0))
+    assert OrderWatch().do(f.TakeOff((1,), alt_m)) == f"{alt_m:g} m: 2.5 to 90 m are allowed"
+    assert all(OrderWatch().do(f.TakeOff((1,), good)) == "" for good in (2.5, 90.0))
 
 
 def test_a_take_off_arms_climbs_and_is_refused_beside_another_one() -> None:
-    desk = Desk()
-    assert desk.do(f.TakeOff((2,), 20.0), vehicle=2) == "too close"
-    assert desk.do(f.TakeOff((1,), 12.5)) == "" and desk.flight(1).manual_alt_m == 12.5
-    assert desk.run(0.3).orders(1) == ["arm"]
-    desk.vehicle(1).telemetry.armed = True
-    assert desk.run(0.3).orders(1) == ["take off to 12.5"]
-    desk.vehicle(1).telemetry.landed_state = 2
-    desk.run()
-    assert desk.ended() == (JobState.DONE, "climbs to 12.5 m") and desk.flight(1).phase is Phase.TAKEOFF
+    watch = OrderWatch()
+    assert watch.do(f.TakeOff((2,), 20.0), vehicle=2) == "too close"
+    assert watch.do(f.TakeOff((1,), 12.5)) == "" and watch.flight(1).manual_alt_m == 12.5
+    assert watch.run(0.3).orders(1) == ["arm"]
+    watch.vehicle(1).telemetry.armed = True
+    assert watch.run(0.3).orders(1) == ["take off to 12.5"]
+    watch.vehicle(1).telemetry.landed_state = 2
+    watch.run()
+    assert watch.ended() == (JobState.DONE, "climbs to 12.5 m") and watch.flight(1).phase is Phase.TAKEOFF
 
 
 def test_one_that_is_in_no_team_does_not_take_off() -> None:
-    desk = Desk()
-    del desk.flights.by_id[1]
-    assert desk.do(f.TakeOff((1,), 20.0)) == "is in no team: no course is flown with it"
-    assert desk.run(1.0).orders(1) == []
+    watch = OrderWatch()
+    del watch.flights.by_id[1]
+    assert watch.do(f.TakeOff((1,), 20.0)) == "is in no team: no course is flown with it"
+    assert watch.run(1.0).orders(1) == []
 
 
 def test_a_take_off_that_fails_is_given_up_and_disarmed() -> None:
-    desk = Desk()
-    desk.vehicle(1).telemetry.armed = True
-    desk.do(f.TakeOff((1,), 12.0))
-    desk.run().orders(1)
-    desk.commands.on_ack(desk.vehicle(1), 22, 4)
-    desk.run(1.0)
-    assert desk.ended() == (JobState.FAILED, "refused: failed")
-    assert "disarm" in desk.orders(1) and desk.flight(1).phase is Phase.HOLDING
+    watch = OrderWatch()
+    watch.vehicle(1).telemetry.armed = True
+    watch.do(f.TakeOff((1,), 12.0))
+    watch.run().orders(1)
+    watch.commands.on_ack(watch.vehicle(1), 22, 4)
+    watch.run(1.0)
+    assert watch.ended() == (JobState.FAILED, "refused: failed")
+    assert "disarm" in watch.orders(1) and watch.flight(1).phase is Phase.HOLDING
 
 
 def test_a_task_that_is_cancelled_is_not_said_any_more() -> None:
-    desk = Desk()
-    desk.do(f.Arm((1,)))
-    desk.run().orders(1)
-    assert desk.task.cancel() == "" and desk.run(5.0).orders(1) == []
+    watch = OrderWatch()
+    watch.do(f.Arm((1,)))
+    watch.run().orders(1)
+    assert watch.task.cancel() == "" and watch.run(5.0).orders(1) == []
 
 
 # ---------------------------------------------------------------- places
@@ -221,21 +223,21 @@ def test_a_task_that_is_cancelled_is_not_said_any_more() -> None:
     ],
 )
 def test_a_place_is_what_is_said_and_the_rest_as_it_is(point: Vec3, from_home: bool, target: Vec3) -> None:
-    desk = aloft()
-    desk.flight(1).home_m = (5.0, 7.0, 3.0)
-    assert desk.do(f.GoTo((1,), (point,), from_home=from_home)) == ""
-    assert desk.flight(1).course == PositionTarget(target, 8.0) and desk.phases()[0] is Phase.BY_HAND
-    assert desk.ended() == (JobState.DONE, "on its way")
+    watch = aloft()
+    watch.flight(1).home_m = (5.0, 7.0, 3.0)
+    assert watch.do(f.GoTo((1,), (point,), from_home=from_home)) == ""
+    assert watch.flight(1).course == PositionTarget(target, 8.0) and watch.phases()[0] is Phase.BY_HAND
+    assert watch.ended() == (JobState.DONE, "on its way")
 
 
 def test_each_goes_to_its_own_place() -> None:
-    desk = aloft()
-    desk.flies(2, (50.0, 100.0, 40.0))
+    watch = aloft()
+    watch.flies(2, (50.0, 100.0, 40.0))
     request = f.GoTo((2, 1), ((1.0, 2.0, 40.0), (3.0, 4.0, 30.0)), speed_m_s=4.0)
-    assert desk.do(request, 1) == desk.do(request, 2) == ""
-    assert desk.flight(1).course == PositionTarget((3.0, 4.0, 30.0), 4.0)
-    assert desk.flight(2).course == PositionTarget((1.0, 2.0, 40.0), 4.0)
-    assert desk.do(f.GoTo((1, 2), ((1.0, 2.0, 40.0),))) == "name a place for each vehicle"
+    assert watch.do(request, 1) == watch.do(request, 2) == ""
+    assert watch.flight(1).course == PositionTarget((3.0, 4.0, 30.0), 4.0)
+    assert watch.flight(2).course == PositionTarget((1.0, 2.0, 40.0), 4.0)
+    assert watch.do(f.GoTo((1, 2), ((1.0, 2.0, 40.0),))) == "name a place for each vehicle"
 
 
 @pytest.mark.parametrize(
@@ -250,15 +252,15 @@ def test_each_goes_to_its_own_place() -> None:
     ],
 )
 def test_places_that_nobody_can_fly_to_are_refused(point: Vec3, speed_m_s: float, why: str) -> None:
-    desk = aloft()
-    assert desk.do(f.GoTo((1,), (point,), speed_m_s=speed_m_s)) == why
-    assert desk.phases()[0] is Phase.FLYING and not desk.task.over
+    watch = aloft()
+    assert watch.do(f.GoTo((1,), (point,), speed_m_s=speed_m_s)) == why
+    assert watch.phases()[0] is Phase.FLYING and not watch.task.over
 
 
 def test_without_a_home_no_place_is_counted_from_it() -> None:
-    desk = aloft()
-    desk.flight(1).home_m = None
-    assert desk.do(f.GoTo((1,), ((0.0, 0.0, 30.0),), from_home=True)) == "its home is not known"
+    watch = aloft()
+    watch.flight(1).home_m = None
+    assert watch.do(f.GoTo((1,), ((0.0, 0.0, 30.0),), from_home=True)) == "its home is not known"
 
 
 @pytest.mark.parametrize(
@@ -266,9 +268,9 @@ def test_without_a_home_no_place_is_counted_from_it() -> None:
 )
 def test_who_cannot_be_flown_says_why(request_: Any) -> None:
     def why(**vehicle: Any) -> str:
-        desk = aloft(vehicle.pop("phase", Phase.FLYING))
-        set_fields(desk.vehicle(1), **vehicle)
-        return desk.do(request_)
+        watch = aloft(vehicle.pop("phase", Phase.FLYING))
+        set_fields(watch.vehicle(1), **vehicle)
+        return watch.do(request_)
 
     assert why(type=1) == "only ArduCopter and PX4 multicopters can be flown so far"
     assert why(moved="heard from another address") == "heard from another address"
@@ -277,70 +279,70 @@ def test_who_cannot_be_flown_says_why(request_: Any) -> None:
     assert why(phase=Phase.TAKEOFF) == "not now: take-off"
     for phase in (Phase.HOLDING, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT, Phase.BY_HAND):
         assert why(phase=phase) == ""
-    desk = aloft()
-    del desk.flights.by_id[1]
-    assert desk.do(request_) == "is in no team: no course is flown with it"
+    watch = aloft()
+    del watch.flights.by_id[1]
+    assert watch.do(request_) == "is in no team: no course is flown with it"
 
 
 def test_who_is_taken_out_of_another_mode_is_engaged_and_its_orders_end() -> None:
-    desk = aloft(Phase.LANDING)
-    desk.executive.land((1,))
-    desk.run().orders(1)
-    desk.vehicle(1).telemetry.custom_mode = BRAKE
-    desk.do(f.GoTo((1,), ((0.0, 50.0, 30.0),)))
-    told = desk.run(1.0).orders(1)
-    assert told[0] == "GUIDED" and "LAND" not in told
+    watch = aloft(Phase.LANDING)
+    watch.executive.land((1,))
+    watch.run().orders(1)
+    watch.vehicle(1).telemetry.custom_mode = BRAKE
+    watch.do(f.GoTo((1,), ((0.0, 50.0, 30.0),)))
+    reported = watch.run(1.0).orders(1)
+    assert reported[0] == "GUIDED" and "LAND" not in reported
 
 
 def test_the_speed_on_the_way_is_limited_and_no_other_courses() -> None:
-    desk = aloft()
-    desk.do(f.GoTo((1,), ((0.0, 0.0, 30.0),)))
-    assert desk.run(0.3).orders(1) == ["to (0, 0, 30)", "at most 8 m/s"]
-    assert desk.do(f.LimitSpeed((1,), 3.0)) == ""
-    assert desk.flight(1).course == PositionTarget((0.0, 0.0, 30.0), 3.0)
-    assert "at most 3 m/s" in desk.run(0.3).orders(1)
+    watch = aloft()
+    watch.do(f.GoTo((1,), ((0.0, 0.0, 30.0),)))
+    assert watch.run(0.3).orders(1) == ["to (0, 0, 30)", "at most 8 m/s"]
+    assert watch.do(f.LimitSpeed((1,), 3.0)) == ""
+    assert watch.flight(1).course == PositionTarget((0.0, 0.0, 30.0), 3.0)
+    assert "at most 3 m/s" in watch.run(0.3).orders(1)
     for speed_m_s in (0.0, 8.5, NAN):
-        assert desk.do(f.LimitSpeed((1,), speed_m_s)) == f"{speed_m_s:g} m/s: 0.1 to 8 are allowed"
-    desk.do(f.Nudge((1,), (0.0, 0.0, 0.0)))
-    assert "at most 8 m/s" in desk.run(0.3).orders(1), "what is nudged is not slower than it is asked to be"
-    assert desk.do(f.LimitSpeed((1,), 3.0)) == "is not on its way to a place"
+        assert watch.do(f.LimitSpeed((1,), speed_m_s)) == f"{speed_m_s:g} m/s: 0.1 to 8 are allowed"
+    watch.do(f.Nudge((1,), (0.0, 0.0, 0.0)))
+    assert "at most 8 m/s" in watch.run(0.3).orders(1), "what is nudged is not slower than it is asked to be"
+    assert watch.do(f.LimitSpeed((1,), 3.0)) == "is not on its way to a place"
 
 
 def test_one_that_flies_its_mission_is_limited_by_its_own_word() -> None:
-    desk = aloft(Phase.TAKEN_OUT)
-    assert desk.do(f.LimitSpeed((1,), 3.0)) == "" and desk.run(0.3).orders(1) == ["at most 3 m/s"]
-    desk.commands.on_ack(desk.vehicle(1), 178, 0)
-    desk.run()
-    assert desk.ended() == (JobState.DONE, "at most 3 m/s")
+    watch = aloft(Phase.TAKEN_OUT)
+    assert watch.do(f.LimitSpeed((1,), 3.0)) == "" and watch.run(0.3).orders(1) == ["at most 3 m/s"]
+    watch.commands.on_ack(watch.vehicle(1), 178, 0)
+    watch.run()
+    assert watch.ended() == (JobState.DONE, "at most 3 m/s")
     for speed_m_s in (0.05, 8.5, NAN):
-        assert desk.do(f.LimitSpeed((1,), speed_m_s)) == f"{speed_m_s:g} m/s: 0.1 to 8 are allowed"
+        assert watch.do(f.LimitSpeed((1,), speed_m_s)) == f"{speed_m_s:g} m/s: 0.1 to 8 are allowed"
     for speed_m_s in (0.1, 8.0):
-        assert desk.do(f.LimitSpeed((1,), speed_m_s)) == ""
+        assert watch.do(f.LimitSpeed((1,), speed_m_s)) == ""
 
 
 # ---------------------------------------------------------------- circles, nudges, followers
 
 
 def test_a_circle_begins_where_it_comes_to_rest_and_no_faster_than_is_allowed() -> None:
-    desk = aloft()
-    desk.place(1, (0.0, 100.0, 30.0), moving=(5.0, 0.0, 0.0))
-    assert desk.do(f.CircleFlight((1,), (0.0, 50.0, NAN), 40.0, speed_m_s=20.0, clockwise=False)) == ""
-    course = desk.flight(1).course
+    watch = aloft()
+    watch.place(1, (0.0, 100.0, 30.0), moving=(5.0, 0.0, 0.0))
+    assert watch.do(f.CircleFlight((1,), (0.0, 50.0, NAN), 40.0, speed_m_s=20.0, clockwise=False)) == ""
+    course = watch.flight(1).course
     assert isinstance(course, Orbit)
     assert (course.centre_m, course.radius_m, course.speed_m_s) == ((0.0, 50.0, 30.0), 40.0, 8.0)
     assert (course.from_m, course.clockwise, course.begin_s) == (pytest.approx((5.0, 100.0, 30.0)), False, 1002.0)
-    assert desk.do(f.CircleFlight((1,), (0.0, 50.0, 35.0), 40.0)) == "" and desk.flight(1).goal == (
+    assert watch.do(f.CircleFlight((1,), (0.0, 50.0, 35.0), 40.0)) == "" and watch.flight(1).goal == (
         (0.0, 50.0, 35.0),
         40.0,
     )
-    assert desk.do(f.CircleFlight((1,), (0.0, 50.0, 35.0), 0.5)).startswith("an orbit needs a radius of 1 m")
+    assert watch.do(f.CircleFlight((1,), (0.0, 50.0, 35.0), 0.5)).startswith("an orbit needs a radius of 1 m")
 
 
-def nudged(*velocities: Vec3) -> Desk:
-    desk = aloft()
+def nudged(*velocities: Vec3) -> OrderWatch:
+    watch = aloft()
     for velocity in ((0.0, 0.0, 0.0), *velocities):
-        assert desk.do(f.Nudge((1,), velocity)) == ""
-    return desk
+        assert watch.do(f.Nudge((1,), velocity)) == ""
+    return watch
 
 
 @pytest.mark.parametrize(
@@ -381,59 +383,59 @@ def test_a_nudge_leads_to_no_more_than_the_limits_in_its_direction(asked: Vec3, 
 
 
 def test_one_whose_velocity_is_not_known_is_flown_as_if_it_stood() -> None:
-    desk = nudged()
-    desk.flight(1).course = None
-    desk.vehicle(1).telemetry.fix = None
-    assert not any(map(math.isfinite, desk.vehicle(1).telemetry.velocity_m_s))
-    assert desk.manual_control.nudge(desk.vehicle(1), f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
-    course = desk.flight(1).course
+    watch = nudged()
+    watch.flight(1).course = None
+    watch.vehicle(1).telemetry.fix = None
+    assert not any(map(math.isfinite, watch.vehicle(1).telemetry.velocity_m_s))
+    assert watch.manual_control.nudge(watch.vehicle(1), f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
+    course = watch.flight(1).course
     assert isinstance(course, Cruise) and course.from_m_s == (0.0, 0.0, 0.0)
-    assert desk.do(f.CircleFlight((1,), (0.0, 50.0, NAN), 40.0)) == "" and desk.flight(1).goal == (
+    assert watch.do(f.CircleFlight((1,), (0.0, 50.0, NAN), 40.0)) == "" and watch.flight(1).goal == (
         (0.0, 50.0, 30.0),
         40.0,
     )
 
 
 def test_the_speed_on_the_way_may_be_the_least_and_the_most() -> None:
-    desk = aloft()
+    watch = aloft()
     for speed_m_s in (0.1, 8.0):
-        assert desk.do(f.GoTo((1,), ((0.0, 0.0, 30.0),), speed_m_s=speed_m_s)) == ""
-        assert desk.do(f.LimitSpeed((1,), speed_m_s)) == ""
-        assert desk.flight(1).course == PositionTarget((0.0, 0.0, 30.0), speed_m_s)
+        assert watch.do(f.GoTo((1,), ((0.0, 0.0, 30.0),), speed_m_s=speed_m_s)) == ""
+        assert watch.do(f.LimitSpeed((1,), speed_m_s)) == ""
+        assert watch.flight(1).course == PositionTarget((0.0, 0.0, 30.0), speed_m_s)
 
 
 def test_only_a_nudge_of_zero_takes_a_vehicle_from_what_it_does() -> None:
-    desk = aloft(Phase.HOLDING)
-    assert desk.do(f.Nudge((1,), (1.0, 0.0, 0.0))) == "does something else meanwhile: begin the nudge anew"
-    assert desk.do(f.Nudge((1,), (0.0, 0.0, 0.0))) == "" and desk.do(f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
-    desk.executive.hold((1,))
-    assert desk.do(f.Nudge((1,), (1.0, 0.0, 0.0))) == "does something else meanwhile: begin the nudge anew"
+    watch = aloft(Phase.HOLDING)
+    assert watch.do(f.Nudge((1,), (1.0, 0.0, 0.0))) == "does something else meanwhile: begin the nudge anew"
+    assert watch.do(f.Nudge((1,), (0.0, 0.0, 0.0))) == "" and watch.do(f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
+    watch.executive.hold((1,))
+    assert watch.do(f.Nudge((1,), (1.0, 0.0, 0.0))) == "does something else meanwhile: begin the nudge anew"
     assert aloft().do(f.Nudge((1,), (NAN, 0.0, 0.0))) == "does something else meanwhile: begin the nudge anew"
     assert nudged().do(f.Nudge((1,), (NAN, 0.0, 0.0))) == "the velocity is not finite"
 
 
 def test_the_next_nudge_goes_on_from_the_course_of_the_last_as_long_as_it_is_followed() -> None:
-    desk = nudged((2.0, 0.0, 0.0))
-    desk.clock.advance(0.5)
-    before = desk.flight(1).course
+    watch = nudged((2.0, 0.0, 0.0))
+    watch.clock.advance(0.5)
+    before = watch.flight(1).course
     assert before is not None
     place, velocity = before.at(1000.5)
-    desk.place(1, (place[0] - 3.0, *place[1:]))
-    desk.do(f.Nudge((1,), (2.0, 0.0, 0.0)))
-    now = desk.flight(1).course
+    watch.place(1, (place[0] - 3.0, *place[1:]))
+    watch.do(f.Nudge((1,), (2.0, 0.0, 0.0)))
+    now = watch.flight(1).course
     assert now is not None and now.at(1000.5) == (place, velocity)
     far = (place[0] - 6.0, *place[1:])
-    desk.place(1, far)
-    desk.do(f.Nudge((1,), (2.0, 0.0, 0.0)))
-    now = desk.flight(1).course
+    watch.place(1, far)
+    watch.do(f.Nudge((1,), (2.0, 0.0, 0.0)))
+    now = watch.flight(1).course
     assert now is not None and now.at(1000.5) == (far, (0.0, 0.0, 0.0))
 
 
 def test_several_followers_have_no_offset_in_common() -> None:
-    desk = aloft()
-    assert desk.do(f.Follow((1,), 2, (5.0, 5.0, NAN))) == "" and desk.ended()[1] == "follows vehicle 2"
-    assert desk.do(f.Follow((1, 3), 2, (5.0, NAN, NAN))) == "several keep the places they have: no offset"
-    assert desk.do(f.Follow((1, 3), 2)) == "" and desk.do(f.Follow((1,), 9)) == "no such leader"
+    watch = aloft()
+    assert watch.do(f.Follow((1,), 2, (5.0, 5.0, NAN))) == "" and watch.ended()[1] == "follows vehicle 2"
+    assert watch.do(f.Follow((1, 3), 2, (5.0, NAN, NAN))) == "several keep the places they have: no offset"
+    assert watch.do(f.Follow((1, 3), 2)) == "" and watch.do(f.Follow((1,), 9)) == "no such leader"
 
 
 # ---------------------------------------------------------------- the mission on board
@@ -441,39 +443,39 @@ def test_several_followers_have_no_offset_in_common() -> None:
 
 def test_a_mission_is_begun_only_in_the_air_and_if_there_is_one() -> None:
     request = f.OnBoardMission((1,), "start")
-    assert Desk(items=5).do(request) == "is not in the air: take off first"
+    assert OrderWatch(items=5).do(request) == "is not in the air: take off first"
     assert aloft().do(request) == "holds no mission: upload one first"
     plane = aloft(items=5)
     plane.vehicle(1).type = 1
     assert plane.do(request) == "only ArduCopter and PX4 multicopters can be flown so far"
     assert plane.phases()[0] is Phase.FLYING and plane.run(1.0).orders(1) == []
-    desk = aloft(items=5)
-    desk.executive.hold((1,))
-    desk.orders(1)
-    assert desk.do(request) == "" and desk.run(0.5).orders(1) == ["AUTO"]
-    assert desk.phases()[0] is Phase.TAKEN_OUT
-    desk.vehicle(1).telemetry.custom_mode = 3
-    desk.run()
-    assert desk.ended() == (JobState.DONE, "flies its mission")
+    watch = aloft(items=5)
+    watch.executive.hold((1,))
+    watch.orders(1)
+    assert watch.do(request) == "" and watch.run(0.5).orders(1) == ["AUTO"]
+    assert watch.phases()[0] is Phase.TAKEN_OUT
+    watch.vehicle(1).telemetry.custom_mode = 3
+    watch.run()
+    assert watch.ended() == (JobState.DONE, "flies its mission")
 
 
 @pytest.mark.parametrize("act", ["start", "continue"])
 def test_who_does_not_take_its_mission_is_held(act: Any) -> None:
-    desk = aloft(items=5)
-    desk.do(f.OnBoardMission((1,), act))
-    desk.run().orders(1)
-    desk.commands.on_ack(desk.vehicle(1), 176, 4)
-    desk.run(1.0)
-    assert desk.ended() == (JobState.FAILED, "it is held: refused: failed")
-    assert desk.phases()[0] is Phase.HOLDING and desk.orders(1)[-1] == "to (0, 100, 30)"
+    watch = aloft(items=5)
+    watch.do(f.OnBoardMission((1,), act))
+    watch.run().orders(1)
+    watch.commands.on_ack(watch.vehicle(1), 176, 4)
+    watch.run(1.0)
+    assert watch.ended() == (JobState.FAILED, "it is held: refused: failed")
+    assert watch.phases()[0] is Phase.HOLDING and watch.orders(1)[-1] == "to (0, 100, 30)"
 
 
 def test_another_order_meanwhile_is_what_counts() -> None:
-    desk = aloft(items=5)
-    desk.do(f.OnBoardMission((1,), "start"))
-    desk.run()
-    desk.executive.land((1,))
-    assert desk.ended() == (JobState.FAILED, "superseded") and desk.phases()[0] is Phase.LANDING
+    watch = aloft(items=5)
+    watch.do(f.OnBoardMission((1,), "start"))
+    watch.run()
+    watch.executive.land((1,))
+    assert watch.ended() == (JobState.FAILED, "superseded") and watch.phases()[0] is Phase.LANDING
 
 
 # ---------------------------------------------------------------- in words
@@ -497,4 +499,4 @@ def test_another_order_meanwhile_is_what_counts() -> None:
     ],
 )
 def test_what_is_asked_in_words(request_: Any, text: str) -> None:
-    assert Desk().acts[type(request_)].words(request_) == text
+    assert OrderWatch().acts[type(request_)].words(request_) == text

@@ -20,9 +20,9 @@ MakeRig = Callable[..., Rig]
 
 def revisions(flight: Rig) -> dict[str, int]:
     return {
-        name: desk.task.revision
-        for name, desk in flight.station.active.team_controllers.items()
-        if desk.task is not None
+        name: controller.task.revision
+        for name, controller in flight.station.active.team_controllers.items()
+        if controller.task is not None
     }
 
 
@@ -55,7 +55,7 @@ def test_a_parameter_changes_in_flight_and_nobody_holds(rig: MakeRig) -> None:
 def test_a_wrong_parameter_changes_nothing(rig: MakeRig) -> None:
     flight = rig(1, wants=None).ready()
     before = revisions(flight)
-    for team, parameters, told in [
+    for team, parameters, reported in [
         ("nobody", {"speed_fraction": 0.6}, "no team nobody"),
         ("defend", {"speed_fraction": 9.0}, "speed_fraction must be at most 0.985"),
         ("defend", {"speed_fraction": float("nan")}, "speed_fraction must be a finite number"),
@@ -63,9 +63,9 @@ def test_a_wrong_parameter_changes_nothing(rig: MakeRig) -> None:
         ("defend", {"spede": 1.0}, "spede is no parameter of it (it has: speed_fraction,"),
     ]:
         reply = flight.ask(m.SetParameters(team=team, parameters=parameters))
-        assert not reply.ok and told in reply.text
+        assert not reply.ok and reported in reply.text
         assert revisions(flight) == before
-        assert any(told in text for text in flight.texts("console-1")), "the refusal is told"
+        assert any(reported in text for text in flight.texts("console-1")), "the refusal is told"
 
 
 def test_what_a_saved_file_declares_is_what_parameters_are_checked_by(rig: MakeRig) -> None:
@@ -131,19 +131,19 @@ def test_a_preview_tells_numbers_and_touches_nothing(rig: MakeRig) -> None:
 
 def test_a_zone_is_edited_in_flight_in_two_steps_and_nobody_holds(rig: MakeRig) -> None:
     flight = rig(8, wants=None).flying()
-    desk = flight.station.active.team_controllers["defend"]
-    flight.until(desk.all_on_slot, 60.0, "all on slot")
+    controller = flight.station.active.team_controllers["defend"]
+    flight.until(controller.all_on_slot, 60.0, "all on slot")
     edited = smaller(flight)
     assert flight.ask(m.Preview(base_revision=flight.station.active.revision, toml=edited)).ok
     found = flight.ask(m.GetPreviews()).previews["defend"]
-    before = desk.metrics["predicted_worst_s"]
+    before = controller.metrics["predicted_worst_s"]
     assert found.state == "done" and found.metrics["predicted_worst_s"] < before
     flight.run(5.0)
-    assert desk.all_on_slot() and desk.metrics["predicted_worst_s"] <= before, "a look changes nothing"
+    assert controller.all_on_slot() and controller.metrics["predicted_worst_s"] <= before, "a look changes nothing"
     assert flight.ask(m.ApplyScenario(base_revision=flight.station.active.revision, toml=edited)).ok
     flight.run(1.0)
-    assert desk.metrics["predicted_worst_s"] == pytest.approx(found.metrics["predicted_worst_s"], rel=0.02)
-    flight.until(desk.all_on_slot, 60.0, "all on slot")
+    assert controller.metrics["predicted_worst_s"] == pytest.approx(found.metrics["predicted_worst_s"], rel=0.02)
+    flight.until(controller.all_on_slot, 60.0, "all on slot")
     assert flight.phases() == {Phase.FLYING}
     assert flight.station.flight.guard.vetoes == {}
 

@@ -77,11 +77,11 @@ def test_looking_and_saying_that_one_has_seen_is_answered_and_takes_nobodys_cont
 ) -> None:
     ground = rig(1)
     assert ask(ground, m.SwitchRound(index=1), "console-1")["ok"]
-    told = len(journalled(ground))
+    reported = len(journalled(ground))
     assert isinstance(ask(ground, request_, "console-2")["ok"], bool)
     assert ground.station.frontend.requests.in_control == "console-1"
     if request_ in LOOKING:
-        assert len(journalled(ground)) == told
+        assert len(journalled(ground)) == reported
 
 
 @pytest.mark.parametrize("request_", COMMANDING, ids=request_words)

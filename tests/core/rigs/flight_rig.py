@@ -86,9 +86,9 @@ class Watch:
 
     def orders(self, vehicle: int) -> list[str]:
         """What it was told since the last look, each once."""
-        told = list(dict.fromkeys(words for one, words in self.sent if one == vehicle))
+        reported = list(dict.fromkeys(words for one, words in self.sent if one == vehicle))
         self.sent = [entry for entry in self.sent if entry[0] != vehicle]
-        return told
+        return reported
 
     # ---------------------------------------------------------------- vehicles
 

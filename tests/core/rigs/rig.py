@@ -262,9 +262,9 @@ class Rig(LockStep):
         if self.wants is None or not self.planning:
             return
         if self.frame.seq % 2 == 0:  # 5 Hz
-            for name, desk in self.station.active.team_controllers.items():
-                if desk.task is not None:
-                    self.plan(*self.wants(self.frame, desk.task), team=name, revision=desk.task.revision)
+            for name, controller in self.station.active.team_controllers.items():
+                if controller.task is not None:
+                    self.plan(*self.wants(self.frame, controller.task), team=name, revision=controller.task.revision)
 
 
 __all__ = ["SETPOINT", "SHIPPED", "TASK", "Rig", "scenario", "stay", "toml"]

@@ -156,9 +156,9 @@ ONE_PROBLEM = [  # (old, new, key path, what the error must say)
 
 @pytest.mark.parametrize(("old", "new", "key", "says"), ONE_PROBLEM)
 def test_an_error_names_file_key_line_and_what_is_allowed(old: str, new: str, key: str, says: str) -> None:
-    told = problems(changed((old, new)))
-    [line] = [line for line in told if line.startswith((f"my.toml: {key} (line ", f"my.toml: {key}: "))][:1] or [""]
-    assert says in line, told
+    reported = problems(changed((old, new)))
+    [line] = [line for line in reported if line.startswith((f"my.toml: {key} (line ", f"my.toml: {key}: "))][:1] or [""]
+    assert says in line, reported
     assert "\n" not in line
 
 

@@ -102,12 +102,12 @@ def test_a_recorded_frame_is_not_believed_again(keys: KeyStore) -> None:
     heard = Heard(keys, SECRET)
     recorded = signed(heard, battery(5), SECRET)
     assert heard.hear(recorded).telemetry.battery_pct == 5.0
-    told = "frames with old signatures (recorded ones?): not used"
+    reported = "frames with old signatures (recorded ones?): not used"
     for number in range(100):
         heard.say("SYS_STATUS", battery_remaining=60)
         if number >= 80:
             assert heard.hear(recorded).telemetry.battery_pct == 60.0
-            assert (told in heard.told()) is (number >= 89), "one may go astray, ten may not"
+            assert (reported in heard.told()) is (number >= 89), "one may go astray, ten may not"
     assert heard.vehicle.identity.signing is Signing.OURS, "its own frames go on"
 
 

@@ -118,10 +118,12 @@ def test_a_failsafe_tells_what_it_does_and_why_in_the_vehicle_s_own_words(flight
     now = flight.clock.now()
     said = [(now - 30.0, "Arm: old"), (now - 0.3, "Battery 1 is low 10.80V used 660 mAh"), (now, "Battery Failsafe")]
     with with_fields(vehicle(flight), system_status=5, custom_mode=6, recent_reasons=said):
-        told = "RTL: Battery 1 is low 10.80V used 660 mAh; Battery Failsafe"
-        assert found(flight)["failsafe"] == [(2, told)]
+        reported = "RTL: Battery 1 is low 10.80V used 660 mAh; Battery Failsafe"
+        assert found(flight)["failsafe"] == [(2, reported)]
         with patch.object(flight.clock, "now", lambda: now + 60.0), with_fields(vehicle(flight), recent_reasons=[]):
-            assert flight.station._alarm_finder._monitor._failsafe(vehicle(flight), now + 60.0) == told, "it goes on"
+            assert flight.station._alarm_finder._monitor._failsafe(vehicle(flight), now + 60.0) == reported, (
+                "it goes on"
+            )
     found(flight)
     with with_fields(vehicle(flight), system_status=5):
         assert found(flight) == {"failsafe": [(2, "CRITICAL: a failsafe is active")]}, "another one, without a word"
@@ -273,8 +275,8 @@ def test_one_without_a_position_may_be_too_close_from_afar_and_that_is_said(flig
     x, y, z = one.telemetry.position_m
     with with_fields(other, position_m=(x + 40.0, y, z), position_error_m=float("inf")):
         flight.station.flight.monitor.look(flight.station.picture.fleet.vehicles.values())
-        told = dict(found(flight)["separation"])
-    assert told[1] == "40 m from vehicle 3, known to ±100 m only"
+        reported = dict(found(flight)["separation"])
+    assert reported[1] == "40 m from vehicle 3, known to ±100 m only"
 
 
 def test_an_aircraft_that_comes_near(flight: Rig) -> None:
@@ -331,15 +333,18 @@ def test_a_dead_planner_counts_while_its_vehicles_fly(flight: Rig) -> None:
 
 def test_a_late_planner_s_vehicles_fly_and_a_failed_one_s_hold_until_it_is_mended(flight: Rig) -> None:
     """Seen on a busy machine: "its vehicles hold: Enter resume" over vehicles that flew; Enter did not help."""
-    desk = flight.station.active.team_controllers["defend"]
-    with patch.object(desk, "worker_state", lambda: "late"):
+    controller = flight.station.active.team_controllers["defend"]
+    with patch.object(controller, "worker_state", lambda: "late"):
         assert found(flight) == {"planner-late": [("defend", "patrol is late")]}
         with ExitStack() as held:
             for one in flight.station.flight.flights:
                 held.enter_context(patch.object(one, "phase", Phase.HOLDING))
             assert found(flight)["planner"] == [("defend", "patrol is late")]
     why = "ValueError: paths: '2:' is not EAST,NORTH in metres"
-    with patch.object(desk, "worker_state", lambda: "quarantined"), patch.object(desk.planner, "error", why):
+    with (
+        patch.object(controller, "worker_state", lambda: "quarantined"),
+        patch.object(controller.planner, "error", why),
+    ):
         assert found(flight) == {"planner-failed": [("defend", f"patrol: {why}")]}
     assert "resume" not in BY_ID["planner-failed"].action
     assert "vehicles hold:" not in BY_ID["planner-late"].action

@@ -177,6 +177,6 @@ def test_a_recorded_loss_is_an_alarm_that_neither_flashes_nor_rings(tmp_path: Pa
     assert (alarm.cause, alarm.vehicles, alarm.state, alarm.action) == ("lost", (7,), "acknowledged", "")
     console.run(7.0)
     assert "lost" not in [alarm.cause for alarm in console.statuses[-1].alarms]
-    told = [event.text for event in console.events if event.cls is m.EventClass.ALARM]
-    assert "LOST in the air: vehicle 7" in told
-    assert "over: LOST in the air: vehicle 7" in told
+    reported = [event.text for event in console.events if event.cls is m.EventClass.ALARM]
+    assert "LOST in the air: vehicle 7" in reported
+    assert "over: LOST in the air: vehicle 7" in reported

@@ -47,8 +47,8 @@ def test_a_flight_does_not_notice(rig: MakeRig, by_s: float) -> None:
     flight.run(8.0)
     assert flight.phases() == {Phase.FLYING}
     assert flight.station.alarms.alarms() == alarms
-    (told,) = (text for text in flight.texts("station") if "clock was set" in text)
-    assert ("ahead" if by_s > 0 else "back") in told
+    (reported,) = (text for text in flight.texts("station") if "clock was set" in text)
+    assert ("ahead" if by_s > 0 else "back") in reported
     assert flight.ask(m.Hold()).ok
     flight.run(6.0)
     assert all(flight.speed(v) < 0.3 for v in flight.ids)

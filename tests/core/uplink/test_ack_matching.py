@@ -59,10 +59,10 @@ class FarAway:
         for _ in range(round(seconds / TICK_S)):
             self.clock.advance(TICK_S)
             now = self.clock.now()
-            for told in [t for t in self._there if t[0] <= now]:
-                self._there.remove(told)
-                self.done.add(told[1])
-                self._back += [(due_s, told[2], self.result) for due_s in self._arrivals()]
+            for reported in [t for t in self._there if t[0] <= now]:
+                self._there.remove(reported)
+                self.done.add(reported[1])
+                self._back += [(due_s, reported[2], self.result) for due_s in self._arrivals()]
             for heard in sorted(b for b in self._back if b[0] <= now):
                 self._back.remove(heard)
                 self.service.on_ack(self.vehicle, heard[1], heard[2])

@@ -283,8 +283,8 @@ def test_only_a_start_that_may_still_happen_is_an_alert(bench: Bench) -> None:
     bench.ask("speed", RetryClass.SET, SPEED)
     bench.service.on_ack(bench.vehicle, SPEED, ACCEPTED)
     bench.run(20.0)
-    told = {event.text: event.severity for event in bench.events.since(0, 100)}
-    assert told == {
+    reported = {event.text: event.severity for event in bench.events.since(0, 100)}
+    assert reported == {
         "arm: refused (denied)": WARNING,
         "speed: accepted, not confirmed": WARNING,
         "take-off: accepted, not confirmed": ALERT,

@@ -71,7 +71,7 @@ def test_first_goes_before_those_that_wait(rig: ServiceRig) -> None:
 def test_what_is_over_cannot_be_cancelled_any_more(rig: ServiceRig) -> None:
     job = Count(1)
     rig.station.comms.jobs.submit(job)
-    job.finish()  # the last answer came; the desk looks at its next tick
+    job.finish()  # the last answer came; the queue looks at its next tick
     assert rig.station.comms.jobs.cancel(1) == 0
     rig.run(0.1)
     assert job.ended == [JobState.DONE]

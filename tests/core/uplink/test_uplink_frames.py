@@ -69,8 +69,8 @@ def test_who_is_not_known_is_sent_nothing(tmp_path: Path) -> None:
     way.heard.clock.advance(1.0)
     way.uplink.tick()
     assert way.journalled() == [], "nothing was done"
-    (told, *_) = (event for event in way.heard.events.since(0) if "NOT SENT" in event.text)
-    assert (told.source, told.text) == ("vehicle 2", "COMMAND_LONG NOT SENT: unknown vehicle")
+    (reported, *_) = (event for event in way.heard.events.since(0) if "NOT SENT" in event.text)
+    assert (reported.source, reported.text) == ("vehicle 2", "COMMAND_LONG NOT SENT: unknown vehicle")
 
 
 def test_system_0_is_everybody_and_never_addressed(tmp_path: Path) -> None:

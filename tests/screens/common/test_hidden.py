@@ -82,14 +82,14 @@ async def test_a_form_that_fits_shows_no_number_of_rows() -> None:
 
 async def test_remarks_that_are_cut_are_shown_whole_by_their_key() -> None:
     async with plan_console(NARROW) as c:
-        screen, told = c.plan, [f"{number}: {LONG}" for number in range(4)]
-        screen.verdict.show([Remark(text) for text in told])
+        screen, reported = c.plan, [f"{number}: {LONG}" for number in range(4)]
+        screen.verdict.show([Remark(text) for text in reported])
         lines = screen.verdict.text().splitlines()
         assert lines[-1].endswith(" … ^R") and "3: " not in c.text()
         await c.press("tab", "ctrl+r")  # a letter would go into the field
         assert isinstance(c.app.screen, RemarksDialog)
         said = re.sub(r"\s+", " ", c.app.screen.text())
-        assert all(text in said for text in told)
+        assert all(text in said for text in reported)
         await c.press("ctrl+r")
         assert c.app.screen is screen
 

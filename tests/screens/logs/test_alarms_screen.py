@@ -78,7 +78,7 @@ async def test_an_alarm_that_is_over_before_it_was_seen_is_marked_over() -> None
 
 
 async def test_an_alarm_that_is_over_stands_beside_active_ones_until_a() -> None:
-    for size, told in (
+    for size, reported in (
         (NARROW, "over LST 5   2 al  a ack"),
         (WIDE, "over LST 5   2 alarms  a ack"),
     ):
@@ -86,7 +86,7 @@ async def test_an_alarm_that_is_over_stands_beside_active_ones_until_a() -> None
             await c.press("A", "down", "a", "escape")
             frame = c.station.changes.pop(5)
             await c.tick()
-            assert "^ CAUT  battery low: vehicle 7  24 %" in c.line(1) and told in c.line(1), c.line(1)
+            assert "^ CAUT  battery low: vehicle 7  24 %" in c.line(1) and reported in c.line(1), c.line(1)
             await c.tick(1.0)
             await c.press("a")
             await c.tick()
@@ -208,7 +208,7 @@ async def test_a_key_for_the_alarm_that_was_marked_before_is_refused() -> None:
         await c.press("A")
         c.station.changes.pop(5)
         await c.tick()
-        c.station.desk.acknowledge("somebody", Acknowledge(raised={"lost": 1}))
+        c.station.table.acknowledge("somebody", Acknowledge(raised={"lost": 1}))
         await c.tick()
         assert isinstance(c.app.screen, AlarmScreen)
         await c.press("a")

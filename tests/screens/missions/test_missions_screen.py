@@ -353,9 +353,9 @@ async def test_what_speaks_against_an_upload_is_read_to_its_end() -> None:
         await c.press("U")
         dialog = c.app.screen
         assert isinstance(dialog, UploadDialog)
-        told = " ".join(dialog.text().split())
-        assert "reserve 25 %, endurance 1 min" in told
-        assert "what is not planned here stays on board as it is" in told
+        reported = " ".join(dialog.text().split())
+        assert "reserve 25 %, endurance 1 min" in reported
+        assert "what is not planned here stays on board as it is" in reported
 
 
 async def test_a_plan_that_the_autopilot_keeps_in_its_own_way_is_no_other_plan() -> None:

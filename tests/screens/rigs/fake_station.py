@@ -90,7 +90,7 @@ class FakeStation:
     def __post_init__(self) -> None:
         self.scenario: Scenario = load(SCENARIO_FILE)
         self.clock = VirtualClock()
-        self.desk = AlarmTable(self.clock, EventLog(self.clock))
+        self.table = AlarmTable(self.clock, EventLog(self.clock))
         """The real one; what is wrong counts at once, without its delays."""
         self.bus.answer(keys.REQUEST.format(principal="*"), self._answer)
 
@@ -171,8 +171,8 @@ class FakeStation:
         findings = [finding for row in map(self._row, range(self.count)) for finding in findings_of(row)]
         for _ in range(2):
             self.clock.advance(10.0)
-            self.desk.look(findings)
-        found = self.desk.alarms()
+            self.table.look(findings)
+        found = self.table.alarms()
         if not self.alarm:
             return found
         return (
@@ -440,9 +440,9 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     m.Resume: FakeStation._resume,
     m.Return: FakeStation._return,
     f.Land: FakeStation._return,
-    m.Acknowledge: lambda station, request: station.desk.acknowledge("console-test", request),
-    m.Shelve: lambda station, request: station.desk.shelve("console-test", request),
-    m.Unshelve: lambda station, request: station.desk.unshelve("console-test", request),
+    m.Acknowledge: lambda station, request: station.table.acknowledge("console-test", request),
+    m.Shelve: lambda station, request: station.table.shelve("console-test", request),
+    m.Unshelve: lambda station, request: station.table.unshelve("console-test", request),
     **dict.fromkeys((AcknowledgeCheck, SignOff, ReadChecks), lambda *_: m.Reply(ok=True)),
     m.Note: FakeStation._note,
     m.SwitchRound: FakeStation._switch_round,

@@ -68,6 +68,6 @@ def test_it_complains_every_5_s_and_its_transmitter_tells_its_own_word(booted):
     ground.heard.clear()
     ground.run(10.5)
     assert ground.texts().count("ODID: lost operator location") == 2
-    told = ground.of("OPEN_DRONE_ID_ARM_STATUS")
-    assert len(told) in (10, 11)
-    assert told[-1]["status"] == 1 and told[-1]["error"].rstrip(b"\0") == b"missing operator location"
+    reported = ground.of("OPEN_DRONE_ID_ARM_STATUS")
+    assert len(reported) in (10, 11)
+    assert reported[-1]["status"] == 1 and reported[-1]["error"].rstrip(b"\0") == b"missing operator location"

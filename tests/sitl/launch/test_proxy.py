@@ -227,10 +227,10 @@ def test_as_a_process_it_ends_by_signal_and_says_what_was_lost():
             assert vehicle.recv(100) == b"answer"
         finally:
             process.send_signal(signal.SIGTERM)
-        told, _ = process.communicate(timeout=10.0)
+        reported, _ = process.communicate(timeout=10.0)
         assert process.returncode == 0
-        assert "vehicles heard: 1" in told
-        assert "station to vehicles: 1 in, 1 out" in told
+        assert "vehicles heard: 1" in reported
+        assert "station to vehicles: 1 in, 1 out" in reported
 
 
 @pytest.mark.process

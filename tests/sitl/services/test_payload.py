@@ -22,11 +22,11 @@ def fitted(ground, **params):
 def angles(ground):
     """Pitch, yaw and flags as it tells them."""
     ground.command(512, ATTITUDE)
-    told = ground.of("GIMBAL_DEVICE_ATTITUDE_STATUS")[-1]
-    w, x, y, z = told["q"]
+    reported = ground.of("GIMBAL_DEVICE_ATTITUDE_STATUS")[-1]
+    w, x, y, z = reported["q"]
     pitch = math.degrees(math.asin(2 * (w * y - z * x)))
     yaw = math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-    return round(pitch), round(yaw), told["flags"]
+    return round(pitch), round(yaw), reported["flags"]
 
 
 def test_an_arducopter_without_any_says_failed(booted):
@@ -46,7 +46,9 @@ def test_an_arducopters_gimbal_is_pointed_by_anybody_and_cut_to_what_it_can(boot
     assert angles(ground) == (20, -90, 60), "told from the nose, which points east"
     assert ground.command(CONFIGURE, *US, -1, -1) == ACCEPTED
     assert ground.command(CONFIGURE, *US, -1, -1) == ACCEPTED
-    assert [told["primary_control_sysid"] for told in ground.of("GIMBAL_MANAGER_STATUS")] == [254], "once: no news"
+    assert [reported["primary_control_sysid"] for reported in ground.of("GIMBAL_MANAGER_STATUS")] == [254], (
+        "once: no news"
+    )
 
 
 def test_owners_above_a_byte_are_cut_off_and_reported(booted):
@@ -60,7 +62,7 @@ def test_an_arducopters_camera_takes_one_picture_for_each_copy_of_an_order(boote
     ground = fitted(booted(), CAM1_TYPE=1)
     assert [ground.command(PHOTO, *TAKE) for _ in range(2)] == [ACCEPTED] * 2
     assert ground.command(OLD_PHOTO, *OLD_TAKE) == ACCEPTED
-    assert [told["img_idx"] for told in ground.of("CAMERA_FEEDBACK")] == [1, 2, 3]
+    assert [reported["img_idx"] for reported in ground.of("CAMERA_FEEDBACK")] == [1, 2, 3]
     assert ground.command(VIDEO) == FAILED
     ground.command(512, CAMERA)
     assert ground.of("CAMERA_INFORMATION")[-1]["flags"] == 2

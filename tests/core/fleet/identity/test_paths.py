@@ -37,15 +37,15 @@ def test_what_comes_twice_is_recorded_and_told_once(wired: MakeWired, tmp_path: 
     since_s = flight.clock.wall()
     acks: list[int] = []
     flight.station.picture.fleet.on_message("COMMAND_ACK", lambda v, fields: acks.append(fields["command"]))
-    told: list[int] = []
-    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["severity"]))
+    reported: list[int] = []
+    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: reported.append(fields["severity"]))
     flight.run(5.0)
     flight.sim._pilots[0].platform.outbox.text(4, "only once")
     flight.run(2.0)
     flight.station.comms.command_encoder.position(1, PASS, (50.0, 200.0, 30.0))
     flight.station.comms.commands.submit(orders.speed(flight, 1, 5.0))
     flight.run(2.0)
-    assert acks == [178] and told == [4]
+    assert acks == [178] and reported == [4]
     assert flight.texts("vehicle 1").count("only once") == 1
     flight.close()
     frames = [f.raw for t, f in read_tlog(tmp_path / "run.tlog") if t > since_s and f.system == 1]
@@ -76,7 +76,7 @@ def test_the_fresh_link_is_used(wired: MakeWired, first: str, numbers: bool) -> 
 def test_one_link_dies_in_flight_and_nobody_notices(wired: MakeWired, numbers: bool) -> None:
     near, far = Wire("near", delay_s=0.02, numbers=numbers), Wire("far", delay_s=0.8, numbers=numbers)
     flight = wired(2, wires=[near, far]).flying().run(10.0)
-    told = len(flight.events())
+    reported = len(flight.events())
     near.up = False
     flight.until(lambda: {flight.vehicle(v).link for v in (1, 2)} == {"far"}, 2.0, "the other link is used")
     flight.run(1.0)
@@ -85,7 +85,7 @@ def test_one_link_dies_in_flight_and_nobody_notices(wired: MakeWired, numbers: b
     assert flight.phases() == {Phase.FLYING}
     assert not flight.names(near, since_s).count("SET_POSITION_TARGET_GLOBAL_INT")
     assert flight.names(far, since_s).count("SET_POSITION_TARGET_GLOBAL_INT") >= 80
-    texts = [e.text for e in flight.events()[told:]]
+    texts = [e.text for e in flight.events()[reported:]]
     assert LOST_TEXT not in texts and "rebooted" not in texts
     assert flight.ask(m.Hold()).ok
     flight.run(4.0)
@@ -111,7 +111,7 @@ def test_both_links_die_and_one_returns(wired: MakeWired) -> None:
 def test_a_link_that_flaps_floods_nobody_and_leaks_nothing(wired: MakeWired) -> None:
     near, far = Wire("near", delay_s=0.02), Wire("far", delay_s=0.8)
     flight = wired(1, wires=[near, far]).run(10.0)
-    told = len(alarms(flight))
+    reported = len(alarms(flight))
     all_told = len(flight.events())
     for _ in range(50):
         near.up = False
@@ -120,7 +120,7 @@ def test_a_link_that_flaps_floods_nobody_and_leaks_nothing(wired: MakeWired) -> 
         flight.run(2.0)
         assert flight.vehicle().freshness(flight.clock.now()) is not Freshness.LOST
     vehicle = flight.vehicle()
-    assert len(alarms(flight)) == told
+    assert len(alarms(flight)) == reported
     assert len(flight.events()) - all_told <= 20
     assert len(vehicle.paths) == 2 and all(len(path.streams) == 1 for path in vehicle.paths)
     assert vehicle.duplicate_filter is not None and len(vehicle.duplicate_filter) < 400
@@ -130,13 +130,13 @@ def test_a_link_that_flaps_floods_nobody_and_leaks_nothing(wired: MakeWired) -> 
 def test_the_only_link_flaps(wired: MakeWired) -> None:
     near = Wire("near")
     flight = wired(1, wires=[near]).run(10.0)
-    told = len(alarms(flight))
+    reported = len(alarms(flight))
     for _ in range(50):
         near.up = False
         flight.run(2.0)
         near.up = True
         flight.run(2.0)
-    assert len(alarms(flight)) == told
+    assert len(alarms(flight)) == reported
     assert len(flight.vehicle().paths) == 1 and flight.vehicle().integrity.reboots == 0
 
 
@@ -192,12 +192,12 @@ def test_frames_lost_on_one_link_come_over_the_other(wired: MakeWired) -> None:
     chance = random.Random(3)
     wires = [Wire(name, loses=lambda way, data: chance.random() < 0.5) for name in ("one", "two")]
     flight = wired(1, wires=wires).run(20.0)
-    told: list[str] = []
-    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
+    reported: list[str] = []
+    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: reported.append(fields["text"]))
     for k in range(100):
         flight.sim._pilots[0].platform.outbox.text(6, f"number {k}")
         flight.run(0.2)
-    assert len(told) == len(set(told)) >= 65
+    assert len(reported) == len(set(reported)) >= 65
     assert LOST_TEXT not in flight.texts()
     assert 30.0 < flight.vehicle().loss_pct < 70.0
 

@@ -132,13 +132,13 @@ def test_a_relay_on_the_same_link_is_not_followed(wired: MakeWired, tmp_path: An
     near = Wire("near")
     flight = keyed(wired, tmp_path, [near]).flying().run(5.0)
     relayed(flight, near, lambda now: chance.random() < loss, first=first)
-    told: list[str] = []
-    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
+    reported: list[str] = []
+    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: reported.append(fields["text"]))
     flight.sim._pilots[0].platform.outbox.text(4, "before the relay or after it")
     for _ in range(300):
         flight.step()
         assert flight.vehicle().address == ("sim", 0)
-    assert loss or told == ["before the relay or after it"]
+    assert loss or reported == ["before the relay or after it"]
     land(flight)
     flight.run(12.0)
     assert flight.place(1)[2] < 20.0

@@ -102,8 +102,8 @@ def test_the_next_station_compares_with_the_same(rig: MakeRig, tmp_path: Path) -
 
 def test_who_is_found_in_the_air_is_compared_too(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(2).flying().run(10.0)
-    for off_m, told in ((-20.0, False), (-30.0, True)):
+    for off_m, reported in ((-20.0, False), (-30.0, True)):
         with gps_says(flight, 1, off_m):
             flight.restart_station(StateStore(tmp_path / "none.json"))
             flight.run(12.0)
-            assert ("height" in alarms(flight)) is told
+            assert ("height" in alarms(flight)) is reported

@@ -183,10 +183,10 @@ def test_a_reboot_forgets_them(tmp_path: Path) -> None:
 @pytest.mark.parametrize("loss", [0.0, 0.3])
 def test_some_are_read_by_name(tmp_path: Path, autopilot: int, loss: float) -> None:
     rig, _ = make(tmp_path, autopilot, loss=loss)
-    told: list[ParamReading] = []
-    rig.station.services.params.read(1, ["BIG", "SIXTEEN_LETTERS_", "NOT_THERE", "bad name"], told.append)
-    rig.until(lambda: bool(told), 10.0)
-    (reading,) = told
+    reported: list[ParamReading] = []
+    rig.station.services.params.read(1, ["BIG", "SIXTEEN_LETTERS_", "NOT_THERE", "bad name"], reported.append)
+    rig.until(lambda: bool(reported), 10.0)
+    (reading,) = reported
     assert {name: p.value for name, p in reading.values.items()} == {"BIG": 16_777_216, "SIXTEEN_LETTERS_": 0.5}
     assert reading.missing["NOT_THERE"].startswith("no answer" if autopilot == ARDUPILOT else "it has no such")
     assert reading.missing["bad name"].startswith("not a parameter's name")
@@ -208,10 +208,10 @@ def test_reading_goes_on_beside_a_job(tmp_path: Path) -> None:
 
 
 def set_one(rig: ServiceRig, name: str, value: float, **how: Any) -> str:
-    told: list[ParamSetting] = []
-    rig.station.services.params.set(1, name, value, told.append, **how)
-    rig.until(lambda: bool(told), 20.0)
-    return told[0].error
+    reported: list[ParamSetting] = []
+    rig.station.services.params.set(1, name, value, reported.append, **how)
+    rig.until(lambda: bool(reported), 20.0)
+    return reported[0].error
 
 
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
@@ -243,11 +243,11 @@ def test_an_older_value_on_its_way_is_no_refusal(tmp_path: Path) -> None:
     rig, server = make(tmp_path)
     rig.station.services.params.read(1, ["NEGATIVE"])
     rig.run(0.5)
-    told: list[ParamSetting] = []
-    rig.station.services.params.set(1, "NEGATIVE", 9, told.append)
+    reported: list[ParamSetting] = []
+    rig.station.services.params.set(1, "NEGATIVE", 9, reported.append)
     server.say("NEGATIVE", -3.0, INT32, 65535)
-    rig.until(lambda: bool(told), 5.0)
-    assert told[0].error == "" and server.params["NEGATIVE"][1] == 9
+    rig.until(lambda: bool(reported), 5.0)
+    assert reported[0].error == "" and server.params["NEGATIVE"][1] == 9
 
 
 @pytest.mark.parametrize(
@@ -298,14 +298,14 @@ def test_errors_are_words(tmp_path: Path) -> None:
 def test_a_newer_setting_supersedes_one_that_is_not_answered(tmp_path: Path) -> None:
     rig, server = make(tmp_path)
     server.mute = True
-    told: list[ParamSetting] = []
-    rig.station.services.params.set(1, "BIG", 1, told.append)
+    reported: list[ParamSetting] = []
+    rig.station.services.params.set(1, "BIG", 1, reported.append)
     rig.run(0.2)
-    rig.station.services.params.set(1, "BIG", 2, told.append)
-    assert told[0].error == "superseded"
+    rig.station.services.params.set(1, "BIG", 2, reported.append)
+    assert reported[0].error == "superseded"
     server.mute = False
-    rig.until(lambda: len(told) == 2, 10.0)
-    assert told[1].error == "" and server.params["BIG"][1] == 2
+    rig.until(lambda: len(reported) == 2, 10.0)
+    assert reported[1].error == "" and server.params["BIG"][1] == 2
 
 
 def test_a_setting_is_journalled_and_refused_for_a_vehicle_that_must_not_be_commanded(tmp_path: Path) -> None:

@@ -188,5 +188,5 @@ def test_a_scenario_configures_all_of_it() -> None:
 def test_a_mistake_in_it_is_one_line(line: str, problem: str) -> None:
     with pytest.raises(ScenarioError) as error:
         parse(written(line), "mine.toml")
-    (told,) = error.value.problems
-    assert told.startswith("mine.toml: remote_id") and problem in told
+    (reported,) = error.value.problems
+    assert reported.startswith("mine.toml: remote_id") and problem in reported

@@ -374,10 +374,10 @@ def test_heights_above_the_ground_are_sent_only_to_a_vehicle_with_terrain_data(
 
     def asked(peer: Peer, fields: Fields) -> None:
         peer.ack(fields["command"])
-        told = next(left, None) if fields["param1"] == 136 else None
-        if told is not None:
+        reported = next(left, None) if fields["param1"] == 136 else None
+        if reported is not None:
             place = {"lat": 0, "lon": 0, "terrain_height": 0.0, "current_height": 0.0, "loaded": 56}
-            peer.say("TERRAIN_REPORT", **place, **told)
+            peer.say("TERRAIN_REPORT", **place, **reported)
 
     rig, missions = make(peer)
     peer.answers["COMMAND_LONG"] = asked

@@ -267,9 +267,9 @@ def test_what_comes_after_the_hold_is_shown_before_a_start_as_soon_as_it_was_rea
     assert before[1] == "brakes after 3 s and holds; on its way to a place flies there first"
     for vehicle in (1, 2):
         ask_failsafes(flight, vehicle)
-    told = flight.station.publisher.status().if_silent
-    assert told[1] == f"{before[1]}; not heard, it returns (RTL) after 5 s (FS_GCS_ENABLE 1)"
-    assert told[2].endswith("; not heard, it returns (RTL) after 10 s and 5 s of holding (NAV_DLL_ACT 2)")
+    reported = flight.station.publisher.status().if_silent
+    assert reported[1] == f"{before[1]}; not heard, it returns (RTL) after 5 s (FS_GCS_ENABLE 1)"
+    assert reported[2].endswith("; not heard, it returns (RTL) after 10 s and 5 s of holding (NAV_DLL_ACT 2)")
 
 
 def test_nothing_is_added_for_a_vehicle_that_does_nothing_more(rig: Callable[..., Rig]) -> None:

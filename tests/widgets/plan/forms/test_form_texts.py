@@ -128,9 +128,9 @@ def test_which_border_counts_depends_on_what_it_is_for() -> None:
     assert border_of(OperatingArea(circle, 20.0, 90.0)) is Border.NOT_LARGER
     assert border_of(Zone("a", Role.NO_FLY, circle)) is Border.NOT_SMALLER
     assert border_of(Zone("a", Role.DEFEND, circle)) is border_of(Zone("a", Role.ATTACK, circle)) is Border.AS_LARGE
-    told = {border: describe_corners(circle, as_polygon(circle, border)) for border in Border}
-    assert "has 32 corners now, and is as large; u" in told[Border.AS_LARGE]
-    assert "0.7 % smaller" in told[Border.NOT_LARGER] and "0.4 % larger" in told[Border.NOT_SMALLER]
+    reported = {border: describe_corners(circle, as_polygon(circle, border)) for border in Border}
+    assert "has 32 corners now, and is as large; u" in reported[Border.AS_LARGE]
+    assert "0.7 % smaller" in reported[Border.NOT_LARGER] and "0.4 % larger" in reported[Border.NOT_SMALLER]
     assert describe_corners(Rectangle((0.0, 0.0), 4.0, 4.0), SHAPES[2]) == ""
 
 
