@@ -32,7 +32,9 @@ def test_without_leave_everything_is_counted_and_ignored() -> None:
 def test_an_allowed_command_goes_to_the_door_unchanged_with_its_source() -> None:
     flight = Rig(link("udpin:a"), commands=True)
     passed: list[tuple[int, str, str]] = []
-    flight.forwarder.on_passed.append(lambda vehicle, what, who: passed.append((vehicle.id, what, who)))
+    flight.forwarder.on_passed.append(
+        lambda vehicle, ruling, station: passed.append((vehicle.id, ruling.what, station))
+    )
     raw = flight.command(400, 1)
     assert passed == [(1, "arm", "udpin:a 192.0.2.7:14550 252/190")]
     assert flight.uplink.taken == [(1, raw, "arm", "udpin:a 192.0.2.7:14550 252/190")]

@@ -104,7 +104,7 @@ def _arm(request: ForeignRequest, command: ForeignCommand) -> Ruling:
         raise ForeignRefusal("a forced arming or disarming")
     if command.param(1) not in (0, 1):
         raise ForeignRefusal(f"neither arm (1) nor disarm (0): {command.param(1):g}")
-    return start("arm") if command.param(1) else stop("disarm")
+    return start("arm")._replace(arms=True) if command.param(1) else stop("disarm")
 
 
 def _set_mode(request: ForeignRequest, command: ForeignCommand) -> Ruling:

@@ -101,8 +101,8 @@ class Forwarder:
         self._plans: defaultdict[int, ForeignMission] = defaultdict(ForeignMission)
         """The mission of each vehicle, by number."""
         self._relay = MissionRelay(clock, self._pass_upload, self._end_upload)
-        self.on_passed: list[Callable[[Vehicle, str, str], None]] = []
-        """Called with what was passed on to a vehicle, the guard's word for it, and its sender."""
+        self.on_passed: list[Callable[[Vehicle, Ruling, str], None]] = []
+        """Called with the vehicle that got something, the ruling by which it passed, and its sender."""
         self._texts = 0
         """Number of the last STATUSTEXT in a vehicle's name, which joins its chunks."""
         self.forwarded = 0
@@ -270,32 +270,32 @@ class Forwarder:
     def _hand_on(self, foreign: ForeignFrame, request: ForeignRequest, ruling: Ruling) -> None:
         """Collect what belongs to an upload, and hand all else to the uplink."""
         message, vehicle, raw = request.message, request.vehicle, foreign.frame.raw
-        port, source = foreign.port, f"{foreign.port.link.name} {foreign.sender}"
+        port = foreign.port
         if message.name in ITEMS:
             self._relay.add(request, raw)
         elif message.name == "MISSION_COUNT" and message.fields["count"]:
-            why = self._relay.announce(request, port, foreign.address, source, raw)
+            why = self._relay.announce(request, port, foreign.address, foreign.sender, raw)
             if why:
                 self._refuse(foreign, message, "by the rules", why, vehicle)
         elif message.name == "MISSION_ACK" and request.upload is not None:
             self._relay.cancel(vehicle, message)
         elif message.name in ("MISSION_COUNT", "MISSION_CLEAR_ALL") and (why := self._relay.busy(vehicle)):
             self._refuse(foreign, message, "by the rules", why, vehicle)
-        elif why := self._pass_on(port, vehicle, raw, ruling, source):
+        elif why := self._pass_on(port, vehicle, raw, ruling, foreign.sender):
             self._refuse(foreign, message, "by the uplink", why, vehicle)
         elif message.name in ("MISSION_COUNT", "MISSION_CLEAR_ALL") and message.fields["mission_type"] == 0:
             self._plans[vehicle.id].forget()
 
-    def _pass_on(self, port: Port, vehicle: Vehicle, raw: bytes, ruling: Ruling, source: str) -> str:
+    def _pass_on(self, port: Port, vehicle: Vehicle, raw: bytes, ruling: Ruling, sender: str) -> str:
         """Have the uplink send a frame to the vehicle; "" or why not."""
+        source = f"{port.link.name} {sender}"
         why = self._uplink.foreign(vehicle.id, raw, Order(ruling.what, ruling.order_class, source))
         if why:
             return why
         self.passed += 1
         for listener in self.on_passed:
-            listener(vehicle, ruling.what, source)
+            listener(vehicle, ruling, source)
         if not ruling.quiet:
-            sender = source.removeprefix(f"{port.link.name} ")
             self._report(port, "passed on", f"{sender}: {ruling.what}, vehicle {vehicle.id}", EVENT_GAP_S, NOTICE)
         return ""
 
@@ -303,13 +303,13 @@ class Forwarder:
         """Hand a frame of a collected upload to the vehicle; "" or why not."""
         if raw == upload.announcement and upload.kind == 0:
             self._plans[upload.vehicle.id].forget()
-        return self._pass_on(upload.port, upload.vehicle, raw, Ruling(what), upload.source)
+        return self._pass_on(upload.port, upload.vehicle, raw, Ruling(what), upload.station)
 
     def _end_upload(self, upload: MissionUpload, result: int, why: str) -> None:
         """Report to operator and station that an upload ended without the vehicle's MISSION_ACK."""
         port, vehicle = upload.port, upload.vehicle
         self.refused["upload ended"] += 1
-        text = f"{upload.source.removeprefix(f'{port.link.name} ')}: mission refused: vehicle {vehicle.id}: {why}"
+        text = f"{upload.station}: mission refused: vehicle {vehicle.id}: {why}"
         self._report(port, "refused upload ended", text, EVENT_GAP_S)
         system, component = upload.sender
         port.send_as(

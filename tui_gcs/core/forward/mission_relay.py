@@ -43,8 +43,8 @@ class MissionUpload:
 
     port: Port
     address: Address
-    source: str
-    """Endpoint, address, system and component of the station, in words."""
+    station: str
+    """Address, system and component of the station, in words."""
     vehicle: Vehicle
     kind: int
     """MAV_MISSION_TYPE."""
@@ -60,6 +60,11 @@ class MissionUpload:
     """The frames of the checked items, unchanged."""
     requested: int | None = None
     """The item that the vehicle requested last; None while it has not answered the announcement."""
+
+    @property
+    def under_way(self) -> str:
+        """Why no other upload to the vehicle may begin now."""
+        return f"an upload of {self.port.link.name} {self.station} is under way"
 
     @property
     def is_complete(self) -> bool:
@@ -90,17 +95,17 @@ class MissionRelay:
         upload = self._of(vehicle, message)
         return upload.mission if upload is not None and upload.kind == message.fields.get("mission_type") else None
 
-    def announce(self, request: ForeignRequest, port: Port, address: Address, source: str, raw: bytes) -> str:
+    def announce(self, request: ForeignRequest, port: Port, address: Address, station: str, raw: bytes) -> str:
         """Begin to collect an upload of one item or more; "" or why not."""
         vehicle, message, now = request.vehicle, request.message, request.now
         sender = (message.system, message.component)
         other = self._uploads.get(vehicle.id)
         # A second announcement of the same sender begins anew, as autopilots do; another sender has to wait.
         if other is not None and (other.is_complete or other.sender != sender):
-            return f"an upload of {other.source} is under way"
+            return other.under_way
         mission = ForeignMission(sender, message.fields["count"])
         kind = message.fields["mission_type"]
-        upload = MissionUpload(port, address, source, vehicle, kind, raw, sender, mission, now, now)
+        upload = MissionUpload(port, address, station, vehicle, kind, raw, sender, mission, now, now)
         self._uploads[vehicle.id] = upload
         self._request_item(upload)
         return ""
@@ -121,7 +126,7 @@ class MissionRelay:
     def busy(self, vehicle: Vehicle) -> str:
         """Why nothing else may change the mission of `vehicle` just now, or ""."""
         upload = self._uploads.get(vehicle.id)
-        return f"an upload of {upload.source} is under way" if upload is not None and upload.is_complete else ""
+        return upload.under_way if upload is not None and upload.is_complete else ""
 
     def cancel(self, vehicle: Vehicle, message: MavlinkMessage) -> None:
         """Forget the items of the sender of `message`: one was refused, or it ends its upload.

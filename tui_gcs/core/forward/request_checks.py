@@ -56,6 +56,8 @@ class Ruling(NamedTuple):
     order_class: OrderClass = OrderClass.SET
     mission_result: int = MISSION_DENIED
     """MAV_MISSION_RESULT that answers a refused message of the mission protocol."""
+    arms: bool = False
+    """Whether it arms the vehicle."""
 
     @property
     def quiet(self) -> bool:

@@ -12,6 +12,7 @@ from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.forward.request_checks import Ruling
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight import fleet_checks as fleet
 from tui_gcs.core.preflight.readiness import Readiness
@@ -208,10 +209,10 @@ class PreflightChecklist:
                     principal, f"vehicle {vehicle} is armed by hand although {check.name}: {check.text}", WARNING
                 )
 
-    def _passed(self, vehicle: Vehicle, what: str, operator: str) -> None:
+    def _passed(self, vehicle: Vehicle, ruling: Ruling, station: str) -> None:
         """Journal the same when another station arms the vehicle through the forwarder."""
-        if what == "arm":
-            self.lifted(operator, vehicle.id)
+        if ruling.arms:
+            self.lifted(station, vehicle.id)
 
     def acknowledge(self, principal: str, request: AcknowledgeCheck) -> Reply:
         """Accept a failsafe as it is, for all vehicles of which the same is true now."""
