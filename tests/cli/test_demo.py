@@ -15,7 +15,7 @@ def attached(monkeypatch: pytest.MonkeyPatch) -> list[RunKind]:
     kinds: list[RunKind] = []
     monkeypatch.setattr("tui_gcs.cli.demo.running", lambda kind: True)
     monkeypatch.setattr("tui_gcs.cli.demo.need_terminal", lambda: None)
-    monkeypatch.setattr("tui_gcs.cli.console.attach", lambda kind, options: kinds.append(kind) or 0)
+    monkeypatch.setattr("tui_gcs.cli.console.attach", lambda kind, *_, **__: kinds.append(kind) or 0)
     return kinds
 
 

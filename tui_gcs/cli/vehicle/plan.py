@@ -70,7 +70,7 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
     if not arguments.json:
         for note in (*content.notes, *content.left_out):
             say(f"{arguments.file}: {note}")
-    told = warnings(station, ids, plans, may_meet=arguments.meet)
+    warned = warnings(station, ids, plans, may_meet=arguments.meet)
     act = f"replace the {' and the '.join(plan.kind.word for plan in plans)} of {listed(ids)}"
     act += " also while it is flown" * arguments.in_flight + " all the same" * bool(warned)
     if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
