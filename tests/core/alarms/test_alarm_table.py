@@ -258,7 +258,7 @@ def test_a_flood_of_texts_from_one_vehicle_is_one_alarm(rig: AlarmRig) -> None:
     for number in range(1000):
         rig.events.report(EventClass.MISSION, "vehicle 4", f"text {number}", CRITICAL)
     rig.look(seconds=1.0)
-    assert rig.shown() == ["new it says: vehicle 4  text 999"]
+    assert rig.shown() == ["new it reports: vehicle 4  text 999"]
 
 
 def test_causes_name_each_other_rightly_and_have_tags_that_fit() -> None:

@@ -291,7 +291,7 @@ def test_px4_after_an_offboard_flight_needs_another_mode(tmp_path: Path) -> None
     text = "in OFFBOARD without set-points it does not arm: set HOLD first"
     assert judge(rig) == Health(True, (HealthProblem(text, blocks=False),)), "a start sets HOLD, and looks again"
     report(rig, can_arm=HOLD_BIT)
-    assert judge(rig) == Health(True, (HealthProblem(text, blocks=False),)), "it says that it would arm in HOLD"
+    assert judge(rig) == Health(True, (HealthProblem(text, blocks=False),)), "it reports that it would arm in HOLD"
 
 
 def test_px4_without_home_cannot_take_off(tmp_path: Path) -> None:
