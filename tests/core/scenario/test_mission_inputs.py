@@ -27,8 +27,6 @@ name = "slow"
 vehicles = [2]
 speed_m_s = 4.0
 footprint_radius_m = 8.0
-hover_w = 180.0
-capacity_wh = 60.0
 """
 IN_ROUND = """
 [[round.density]]
@@ -59,7 +57,7 @@ def test_all_of_them_are_read() -> None:
     assert scenario.communication.range_m == 120.0
     assert scenario.class_of(2).name == "slow"
     assert scenario.class_of(2).accel_m_s2 == scenario.limits.accel_m_s2
-    assert scenario.class_of(2).cruise_w is None
+    assert scenario.class_of(2).speed_m_s == 4.0
     assert scenario.rounds[0].density[0].loop.at(25.0) == ((0.0, 200.0), (0.0, 2.0))
     assert scenario.rounds[0].obstacles[0].loop.at(77.0) == ((10.0, 180.0), (0.0, 0.0))
 

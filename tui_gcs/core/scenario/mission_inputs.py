@@ -9,7 +9,6 @@ from tui_gcs.core.scenario.model import DensityPeak, Limits, MovingObstacle, Sce
 
 MAX_PEAKS, MAX_OBSTACLES, MAX_CLASSES, MAX_LOOP_POINTS = 64, 64, 32, 100
 MAX_WEIGHT, MAX_PERIOD_S = 1e6, 86_400.0
-MAX_POWER_W, MAX_CAPACITY_WH = 100_000.0, 100_000.0
 
 
 def read_peak(table: Table, frame: LocalFrame | None) -> DensityPeak | None:
@@ -61,10 +60,8 @@ def read_class(table: Table, limits: Limits, footprint_radius_m: float) -> Vehic
     speed_m_s = table.number("speed_m_s", limits.speed_m_s, above=0, high=limits.speed_m_s)
     accel_m_s2 = table.number("accel_m_s2", limits.accel_m_s2, above=0, high=limits.accel_m_s2)
     footprint_m = table.number("footprint_radius_m", footprint_radius_m, above=0, high=footprint_radius_m)
-    most = {"hover_w": MAX_POWER_W, "cruise_w": MAX_POWER_W, "capacity_wh": MAX_CAPACITY_WH}
-    known = {key: table.number(key, above=0, high=high) for key, high in most.items() if table.has(key)}
     table.done()
-    return VehicleClass(name, vehicles, speed_m_s, accel_m_s2, footprint_m, **known) if table.ok else None
+    return VehicleClass(name, vehicles, speed_m_s, accel_m_s2, footprint_m) if table.ok else None
 
 
 def _vehicles(table: Table) -> tuple[int, ...]:

@@ -51,12 +51,6 @@ class VehicleClass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     speed_m_s: float
     accel_m_s2: float
     footprint_radius_m: float
-    hover_w: float | None = None
-    """Power while it hovers; None: unknown."""
-    cruise_w: float | None = None
-    """Power at `speed_m_s`; None: as while it hovers."""
-    capacity_wh: float | None = None
-    """Energy of a full battery; None: unknown."""
 
 
 class ResultLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
