@@ -140,8 +140,8 @@ def test_the_form_of_a_gate_is_checked_when_it_is_read(gate: str, why: str) -> N
 
 
 def test_the_options_are_those_of_rehearse() -> None:
-    from tui_gcs.cli.main import _parser
+    from tui_gcs.cli.main import command_line_parser
 
     words = ["rehearse", "--planner", "mine.py", "--set", "a=1", "--set", "b=2", "--vehicles", "3"]
-    found: argparse.Namespace = _parser().parse_args(words)
+    found: argparse.Namespace = command_line_parser().parse_args(words)
     assert (found.planner, found.set, found.vehicles) == (["mine.py"], ["a=1", "b=2"], 3)

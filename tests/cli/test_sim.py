@@ -94,7 +94,7 @@ def test_a_scenario_gives_places_and_seed_and_the_options_give_the_rest():
         (("--count", "1", "--wind", "30,0"), "--wind 30,0"),
         (("--count", "1", "--wind", "3"), "EAST,NORTH"),
         (("--count", "1", "--gps-noise", "-1"), "--gps-noise -1"),
-        ((str(SCENARIO), "--count", "3"), "the scenario says"),
+        ((str(SCENARIO), "--count", "3"), "the scenario gives"),
     ],
 )
 def test_options_that_cannot_be(arguments, problem):

@@ -387,7 +387,7 @@ ORDERS = (
     VehicleOrder(
         "mission_meet",
         "I",
-        "MISSIONS MEET",
+        "WAYS MEET",
         "fly the missions on board though their ways meet: you watch them",
         _in_flight,
         lambda given: f.OnBoardMission(given.vehicles, "continue", sure=True),

@@ -91,5 +91,5 @@ def visible_status(status: StationStatus) -> Key:
         tuple((link.name, link.up, link.error) for link in status.links),
         *(steps(status.min_separation_m, 0.1), outside_tenths(status.outside_area_m), tuple(status.vetoes.items())),
         *(status.recording, status.ending, status.alarms, status.preflight, tuple(status.homes.items())),
-        *(tuple(status.if_silent.items()), tuple(status.planner_files.items())),
+        *(tuple(status.if_silent.items()), tuple(status.planner_files.items()), status.points),
     )

@@ -195,7 +195,10 @@ def test_a_planner_that_fails_is_an_error_in_the_plan(trouble: str, told: str) -
 @pytest.mark.parametrize(
     ("task", "told"),
     [
-        (task_of(ZONE, planner="petrol"), "unknown planner 'petrol'; known: guardian, patrol, probe, waypoints"),
+        (
+            task_of(ZONE, planner="petrol"),
+            "unknown planner 'petrol'; known: guardian, patrol, probe, search, survey, waypoints",
+        ),
         (task_of(ZONE, planner="probe", speed_m_s=9.0), "planner 'probe': speed_m_s must be at most 8 m/s"),
         (task_of(ZONE, planner="probe", spede=1.0), "spede is no parameter of it (it has: trouble, speed_m_s)"),
         (task_of(ZONE, planner="probe", trouble=1.0), "trouble must be str, not float"),

@@ -1,7 +1,7 @@
 """Keys and dialogs: what is asked of the station, and what is not."""
 
 import asyncio
-import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -257,22 +257,25 @@ async def test_two_keys_count_as_they_were_pressed_by_a_console_that_was_busy() 
 
 async def test_a_hold_does_not_wait_for_an_open_question() -> None:
     async with console(prepare=flight) as c:
-        gate = threading.Event()
-        ask = c.app.feed._bus.ask
+        open_questions: list[Callable[[bytes | None], None]] = []
+        begin = c.app.feed._bus.begin
 
-        def slow(key: str, payload: bytes, timeout_s: float = 2.0, **more: Any) -> bytes:
+        def slow(key: str, payload: bytes, on_answer: Callable[[bytes | None], None], *rest: Any, **more: Any) -> None:
             if isinstance(decode_request(payload), GetVehicles):
-                gate.wait(10.0)
-            return ask(key, payload, timeout_s, **more)
+                open_questions.append(on_answer)
+            else:
+                begin(key, payload, on_answer, *rest, **more)
 
-        c.app.feed._bus.ask = slow  # type: ignore[method-assign]
+        c.app.feed._bus.begin = slow  # type: ignore[method-assign]
         questions = [asyncio.create_task(c.app.feed.requests.send(GetVehicles((1,)))) for _ in range(40)]
         await asyncio.sleep(0)
         await c.pilot.press("!", "h")
         await c.app.workers.wait_for_complete()
+        assert len(open_questions) == 40
         assert c.station.commands() == [m.Hold()]
-        gate.set()
-        await asyncio.gather(*questions)
+        for on_answer in open_questions:
+            on_answer(None)
+        assert all(reply.code is m.ReplyCode.NO_ANSWER for reply in await asyncio.gather(*questions))
 
 
 async def test_hold_all_works_in_the_start_dialog() -> None:

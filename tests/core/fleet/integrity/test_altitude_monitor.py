@@ -19,7 +19,7 @@ MakeRig = Callable[..., Rig]
 
 @contextmanager
 def gps_says(flight: Rig, vehicle: int, off_m: float, v_acc_m: float = 0.3) -> Iterator[None]:
-    """Its GPS finds it so much higher than it says; it keeps to what it says (a barometer that is off)."""
+    """Its GPS finds it so much higher than it reports; it keeps to what it says (a barometer that is off)."""
     plain = CopterTelemetry.BUILDERS["GPS_RAW_INT"]
 
     def built(ap: object) -> object:
@@ -37,7 +37,7 @@ def test_who_is_lower_than_it_says_is_told_of_and_held(rig: MakeRig) -> None:
     flight = rig(2).flying().run(10.0)
     with gps_says(flight, 1, -20.0):
         flight.run(8.0)
-        assert alarms(flight)["height"] == ((1,), "by its GPS it is 20 m lower than it says")
+        assert alarms(flight)["height"] == ((1,), "by its GPS it is 20 m lower than it reports")
         assert [flight.phase(1), flight.phase(2)] == [Phase.HOLDING, Phase.FLYING]
     flight.run(8.0)
     assert "height" not in alarms(flight)
@@ -87,7 +87,7 @@ def test_who_jumped_down_returns_on_its_layer(rig: MakeRig) -> None:
     flight = rig(2).flying().run(10.0)
     believes(flight, 0, (0.0, 0.0, -14.0))
     flight.run(4.0)
-    assert alarms(flight)["height"] == ((1,), "it jumped down by 14 m: it may be so much higher than it says")
+    assert alarms(flight)["height"] == ((1,), "it jumped down by 14 m: it may be so much higher than it reports")
     assert flight.ask(m.Return(vehicles=(1,))).results[0].text == "returns"
 
 
@@ -97,7 +97,7 @@ def test_the_next_station_compares_with_the_same(rig: MakeRig, tmp_path: Path) -
     with gps_says(flight, 1, -20.0):
         flight.restart_station(StateStore(tmp_path / "memory.json"))
         flight.run(12.0)
-        assert alarms(flight)["height"] == ((1,), "by its GPS it is 20 m lower than it says")
+        assert alarms(flight)["height"] == ((1,), "by its GPS it is 20 m lower than it reports")
 
 
 def test_who_is_found_in_the_air_is_compared_too(rig: MakeRig, tmp_path: Path) -> None:

@@ -313,7 +313,7 @@ def test_nothing_on_board_is_a_plan_without_items(dialogue: Dialogue) -> None:
 def test_more_than_anybody_holds_is_not_read(dialogue: Dialogue) -> None:
     reading = dialogue.download()
     reading.on_message("MISSION_COUNT", {"count": MAX_ITEMS + 1}, 0.1)
-    assert reading.over and f"it holds {MAX_ITEMS + 1} items" in reading.error
+    assert reading.over and f"the vehicle reports {MAX_ITEMS + 1} items" in reading.error
     assert dialogue.said()[-1] == ("MISSION_ACK", CANCELLED)
 
 
