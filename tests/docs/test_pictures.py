@@ -25,7 +25,7 @@ def test_a_picture_is_small_and_asks_nobody_for_anything(name: str) -> None:
     assert "@font-face" not in picture
 
 
-@pytest.mark.long
+@pytest.mark.endurance
 async def test_the_scripts_take_them_from_the_console(tmp_path: Path) -> None:
     import make_pictures
     import make_recording

@@ -43,7 +43,7 @@ def test_lloyd_with_a_perfect_radio_flies_as_its_central_form() -> None:
     assert each.metrics["mean_distance_m"] == pytest.approx(central.metrics["mean_distance_m"], rel=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.endurance
 @pytest.mark.parametrize("name", NAMES)
 def test_a_bad_radio_costs_little_and_none_at_all_costs_much(name: str) -> None:
     def figure(radio: Communication, form: str = "per_vehicle") -> float:
@@ -60,7 +60,7 @@ def test_a_bad_radio_costs_little_and_none_at_all_costs_much(name: str) -> None:
         assert alone <= bad + 0.05
 
 
-@pytest.mark.long
+@pytest.mark.endurance
 @pytest.mark.parametrize("name", NAMES)
 def test_its_rehearsal_passes_every_gate(name: str, tmp_path: Path) -> None:
     scenario = scenario_of(name)

@@ -10,7 +10,7 @@ from tui_gcs.core.scenario.template import new_scenario
 from tui_gcs.rehearsal.rehearse import rehearse
 
 
-@pytest.mark.long
+@pytest.mark.endurance
 def test_24_in_three_teams_share_eight_layers_and_never_meet(tmp_path: Path) -> None:
     text = new_scenario("fleet", Origin(52.0, -0.6, 100.0), 24)
     scenario = parse(text)

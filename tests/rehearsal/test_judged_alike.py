@@ -12,7 +12,7 @@ from tui_gcs.core.scenario.model import Scenario, ScenarioTask
 from tui_gcs.planner.check.subject import checked_planner
 from tui_gcs.rehearsal.rehearse import rehearse
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.endurance
 
 OWN = """
 from tui_gcs.planner.api import Intent, Metric, Output, Planner, polygon_of
