@@ -38,6 +38,11 @@ def hash_name(vehicle: "Vehicle") -> str:
     return "_HASH_CHECK" if vehicle.autopilot == AUTOPILOT_PX4 else ""
 
 
+def describes_parameters(vehicle: "Vehicle") -> bool:
+    """Whether the autopilot serves meaning and range of its parameters; no ArduPilot does."""
+    return vehicle.autopilot == AUTOPILOT_PX4
+
+
 def encoding(vehicle: "Vehicle", capabilities: Callable[[], int]) -> Encoding:
     """The encoding, by autopilot; by capability for all others."""
     # Neither autopilot always sets the capability bit (docs/autopilots.md C4).

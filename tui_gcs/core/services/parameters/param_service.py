@@ -16,7 +16,6 @@ from tui_gcs.core.firmware import parameter_transport as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.mavlink.enum_names import AUTOPILOT_PX4
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import INFO, WARNING
 from tui_gcs.core.services.context import ServiceContext
@@ -86,7 +85,7 @@ class ParamService:
         """
         known = self.context.fleet.vehicles.get(vehicle)
         why = self._no_infos.get(vehicle, "")
-        if known is None or known.autopilot != AUTOPILOT_PX4:
+        if known is None or not firmware.describes_parameters(known):
             why = why or "the autopilot reports none"
         if vehicle in self._infos or why:
             then("" if vehicle in self._infos else why)
