@@ -23,14 +23,11 @@ from tui_gcs.core.protocol.services import (
 )
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 from tui_gcs.feed.requests import ConsoleRequests
+from tui_gcs.feed.task_requests import LOOK_S, SILENT_S, is_same_task
 from tui_gcs.feed.transfer_pace import TransferPace, all_words, steps_of
 
 # The fence is held before there is a mission to fly (docs/threats.md D.4).
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
-LOOK_S = 0.3
-"""Time between two questions how a task stands."""
-SILENT_S = 90.0
-"""A task without news for this long is given up here; the station may still go on with it."""
 NOBODY_KNOWS = "its result is not known"
 _WORDS: dict[PlanKind, PlanWord] = {
     PlanKind.MISSION: "mission",
@@ -191,7 +188,7 @@ class PlanTransfers:
             reply = await self._requests.send(GetTasks((info.number,)))
             now = self._clock.now()
             if reply.ok:
-                found = next((each for each in reply.tasks if _same(each, info)), None)
+                found = next((each for each in reply.tasks if is_same_task(each, info)), None)
                 if found is None:
                     # Numbers begin anew with the station: another task may have this one.
                     transfer.text, transfer.is_unknown = f"{NOBODY_KNOWS}: the station was started anew", True
@@ -210,10 +207,6 @@ class PlanTransfers:
         if not transfer.over:
             transfer.over, transfer.good, transfer.text = True, good, text
         self._on_news()
-
-
-def _same(task: TaskInfo, other: TaskInfo) -> bool:
-    return (task.number, task.vehicle, task.what, task.who) == (other.number, other.vehicle, other.what, other.who)
 
 
 def _outcome(transfer: PlanTransfer, info: TaskInfo | None) -> str:

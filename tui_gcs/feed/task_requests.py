@@ -62,7 +62,7 @@ async def carry_out(
         found = {task.number: task for task in asked.tasks}
         for number, task in list(running.items()):
             now = found.get(number)
-            if now is None or not _is_same(now, task):
+            if now is None or not is_same_task(now, task):
                 # Numbers begin anew with the station: another task may have this one.
                 ended[task.vehicle] = TaskOutcome(task.vehicle, False, f"{NOT_KNOWN}: the station was started anew")
                 del running[number]
@@ -80,5 +80,6 @@ async def _outcome(requests: ConsoleRequests, task: TaskInfo) -> TaskOutcome:
     return TaskOutcome(task.vehicle, ok, task.text or ("" if ok else task.state), result=result)
 
 
-def _is_same(task: TaskInfo, other: TaskInfo) -> bool:
+def is_same_task(task: TaskInfo, other: TaskInfo) -> bool:
+    """Return whether two answers are about one task: a station that was started anew counts from 1 again."""
     return (task.number, task.vehicle, task.what, task.who) == (other.number, other.vehicle, other.what, other.who)
