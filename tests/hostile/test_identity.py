@@ -329,7 +329,7 @@ def test_b6_34_what_may_be_unsigned_though_there_is_a_key(attack: Attack) -> Non
     assert not oracle.told("^not believed$")
     assert oracle.vehicle.telemetry.custom_mode == 4
     assert "txbuf 100" in oracle.flight.status().links[0].radio
-    oracle.holds(counted="unsigned, though a key is set", told="unsigned frames are not believed")
+    oracle.holds(counted="unsigned, though a key is set", told="unsigned frames are not used")
 
 
 def test_b6_35_a_radio_status_with_a_bad_signature(attack: Attack) -> None:
@@ -386,7 +386,7 @@ def test_b6_37_a_vehicle_stops_signing_in_flight(attack: Attack) -> None:
     oracle = attack(keyed=(1, 2))
     oracle.flight.sim.set_key(0, b"")
     oracle.run(1.95)
-    assert oracle.told("stopped signing, or somebody forges")
+    assert oracle.told("stopped signing, or its frames are forged")
     before = oracle.vehicle.telemetry.position_m
     oracle.run(5.0)
     assert oracle.vehicle.telemetry.position_m == before

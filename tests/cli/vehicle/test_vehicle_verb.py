@@ -507,7 +507,10 @@ def test_both_autopilots_through_a_station_of_its_own(
             f"QGC WPL 110\n0\t1\t3\t22\t0\t0\t0\t0\t{lat}\t{lon}\t15\t1\n"
             f"1\t0\t3\t16\t0\t0\t0\t0\t{lat + 2e-4}\t{lon}\t20\t1\n2\t0\t2\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
         )
-        assert command("plan", "upload", both, "a.wpl", "--yes") == (0, "vehicle 1: 3 items\nvehicle 2: 3 items\n")
+        assert command("plan", "upload", both, "a.wpl", "--yes", "--meet") == (
+            0,
+            "vehicle 1: 3 items\nvehicle 2: 3 items\n",
+        )
         assert command("plan", "show", both)[1].count("mission of 3 items") == 2
         assert command("plan", "clear", both, "--yes")[0] == 0
         assert command("files", "2", "ls", "/")[0] == 0

@@ -236,7 +236,7 @@ def test_what_was_answered_stays_answered_and_nothing_is_new(rig: MakeRig, tmp_p
     lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")
     assert (lost.state, lost.vehicles, lost.raised) == ("acknowledged", (2, 3), raised["lost"])
     reported = flight.texts("alarm")  # nor is it lost, or has left, because it was not heard in the first moment
-    assert reported == ["found in the air: vehicle 1"]
+    assert reported == ["found in the air: vehicle 1  now round 1"]
     silent.add(0)
     flight.run(6.0)
     lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")

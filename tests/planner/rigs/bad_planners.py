@@ -97,7 +97,9 @@ ROUNDS = source(
 SOMETIMES_BY_CHANCE = source(imports="import random", body="shift = random.random() * (120.0 < ctx.t_s < 124.0)")
 NEEDS_A_TEAM = source(after="1 / len(self.task.members)")
 FOR_FEW = source(after="assert len(rows) <= 8, 'too many'")
-NEEDS_SOMEBODY = source(after="assert len(rows) or not len(fleet.id) or len(ctx.tracks.id), 'nobody is left'")
+NEEDS_SOMEBODY = source(
+    after="assert len(rows) or not len(fleet.id) or len(ctx.tracks.id) or ctx.points.name, 'nobody is left'"
+)
 KNOWS_NO_OTHERS = source(
     after="self.kept = self.kept or fleet.id[rows].tolist(); assert {*fleet.id[rows]} <= {*self.kept}, 'who is that'"
 )

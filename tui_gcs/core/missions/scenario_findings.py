@@ -87,9 +87,10 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
     size_m2 = cells.reachable_m2
     ideal_s, bound_s = (reckon(vehicles, speed_m_s, radius_m) for reckon in (cells.ideal_s, cells.bound_s))
     flown_km = speed_m_s * current.duration_s / 1000.0
-    reckoned = f"= {size_m2:.0f} m2 / ({vehicles} {times} {speed_m_s:g} m/s {times} 2 {times} {radius_m:g} m)"
+    speed = f"{vehicles} {times} {speed_m_s:g} m/s {times} 2 {times} {radius_m:g} m"
+    reckoned = f"worst idleness; ideal = {size_m2:.0f} m2 / ({speed})"
     found = [
-        _note(f"{team.name}: ideal {ideal_s:.1f} s worst idleness", f"{reckoned}; bound {bound_s:.1f} s"),
+        _note(f"{team.name}: ideal {ideal_s:.1f} s, bound {bound_s:.1f} s", reckoned),
         _note(f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
     ]
     found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]

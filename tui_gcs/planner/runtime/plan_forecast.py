@@ -17,7 +17,7 @@ from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, serving
 from tui_gcs.core.geometry.zones import polygon_of
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol.common import FleetFrame, FlownWays, Phase, PlannerTask, TeamPlan
-from tui_gcs.core.protocol.planning import cells_of
+from tui_gcs.core.protocol.planning import Annotation, cells_of
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -83,12 +83,13 @@ def forecast(
     host.set_task(task)
     host.inherit(snapshot)
     world = KinematicFleet(task, start_m(task, frame, starts_m), t_s=frame.t_s)
-    if searched:
-        _search(host, world)
+    drawn = _search(host, world) if searched else None
     host.searches = False
     plan = host.step(world.frame())
     if plan.error:
         return PlanForecast(plan)
+    if plan.annotations is None:
+        plan = replace(plan, annotations=drawn)
     n = serving(len(task.members), sum(intent.kind == "hold" and intent.joined for intent in plan.intents))
     cells, flown_by = cells_of(task), (n, task.limits.speed_m_s, task.footprint_radius_m)
     ideal_s, bound_s = cells.ideal_s(*flown_by), cells.bound_s(*flown_by)
@@ -99,15 +100,18 @@ def forecast(
     return PlanForecast(plan, worst_s, ratio, ideal_s, bound_s, separation, ways)
 
 
-def _search(host: PlannerHost, world: KinematicFleet) -> None:
-    """Let the planner search while all vehicles are on the ground."""
+def _search(host: PlannerHost, world: KinematicFleet) -> tuple[Annotation, ...] | None:
+    """Let the planner search while all vehicles are on the ground. Return what it drew last."""
+    drawn = None
     world.phase = dict.fromkeys(world.task.members, Phase.ARMING)
     for _ in range(round(MAX_SEARCH_S / STEP_S)):
         plan = host.step(world.frame())
+        drawn = drawn if plan.annotations is None else plan.annotations
         if plan.error or plan.metrics.get(SEARCHED, 1.0) >= 1.0:
             break
         world.t_s += STEP_S
     world.phase = {}
+    return drawn
 
 
 def _fly(host: PlannerHost, world: KinematicFleet, plan: TeamPlan, least_s: float) -> tuple[float, float, FlownWays]:

@@ -124,7 +124,7 @@ def test_who_jumps_is_not_led_on_and_is_told_of(rig: MakeRig, off_m: Vec3) -> No
     assert [flight.phase(1), flight.phase(2)] == [Phase.HOLDING, Phase.FLYING]
     assert flight.station.flight.flights.by_id[1].stays == "its position jumped"
     far = round(sum(off_m))
-    cause, words = ("height", f"it jumped up by {far} m: it may be so much lower than it says")
+    cause, words = ("height", f"it jumped up by {far} m: it may be so much lower than it reports")
     if not off_m[2]:
         cause, words = "position", f"it jumped by {far} m"
     assert alarms(flight)[cause] == ((1,), words)
