@@ -70,10 +70,20 @@ def test_mavlink_1_says_the_same() -> None:
     assert vehicle.telemetry.velocity_m_s == (-4.0, 3.0, -1.5) and vehicle.telemetry.heading_deg == 0.09
 
 
-@pytest.mark.parametrize(("lat", "lon"), [(0.0, 0.0), (90.1, LON), (-90.1, LON), (LAT, 180.1), (LAT, -180.1)])
+@pytest.mark.parametrize(("lat", "lon"), [(90.1, LON), (-90.1, LON), (LAT, 180.1), (LAT, -180.1)])
 def test_where_nobody_can_be_is_no_position(lat: float, lon: float) -> None:
     heard = Heard()
     assert not heard.is_at(lat, lon).telemetry.has_position()
+    assert heard.fleet.dropped["invalid position"] == 1
+
+
+def test_zeros_before_the_first_fix_are_no_position_and_after_it_an_invalid_one() -> None:
+    heard = Heard()
+    assert not heard.is_at(0.0, 0.0).telemetry.has_position()
+    assert heard.fleet.dropped["position before its first fix"] == 1 and not heard.fleet.dropped["invalid position"]
+    vehicle = heard.is_at(LAT, LON)
+    before = vehicle.telemetry.position_m
+    assert heard.is_at(0.0, 0.0).telemetry.position_m == before
     assert heard.fleet.dropped["invalid position"] == 1
 
 

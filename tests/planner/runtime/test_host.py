@@ -396,6 +396,8 @@ def test_in_the_air_a_busy_computer_gives_up_background_work_before_steps_come_l
     assert steps(3) == [6, 6, 6]
     step_s = 0.4
     assert steps(5) == [6, 3, 1, 0, 0]
+    assert notes == [], "a moment of it is not worth a word"
+    assert steps(8) == [0] * 8
     assert notes == [f"{told}, background work is cut"]
     step_s = 0.1
     assert steps(30)[-1] == 6, "little by little all of it again"

@@ -23,6 +23,7 @@ EXPECTED_CAUSES = frozenset(
         "not a vehicle",
         "copy over a second link",
         "late position",
+        "position before its first fix",
         "radio status from a stranger",
     }
 )

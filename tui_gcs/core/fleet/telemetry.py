@@ -184,6 +184,10 @@ class TelemetryDecoder:
                 self._events.report(EventClass.CONNECTION, _name(vehicle), text, WARNING)
 
     def _is_place(self, vehicle: Vehicle, lat_deg: float, lon_deg: float) -> bool:
+        if lat_deg == 0 and lon_deg == 0 and not vehicle.telemetry.has_position():
+            # ArduCopter and PX4 send 0,0 from power-up to their first fix: every fleet does, and it is no fault.
+            self._dropped["position before its first fix"] += 1
+            return False
         if (lat_deg == 0 and lon_deg == 0) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
             self._dropped.count("invalid position", vehicle.id)
             return False

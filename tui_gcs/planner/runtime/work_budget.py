@@ -12,7 +12,9 @@ SLOW_SHARE = 0.5
 RECOVERY = 0.05
 """Share of the full work that each quick step gives back."""
 REPORTED_SHARE = 0.25
-"""The operator is notified when the work falls below this share."""
+"""The operator is notified when the work stays below this share."""
+REPORTED_STEPS = 10
+"""... for so many steps. The work is back after five steps behind a late one, and every start of a fleet has one."""
 
 
 @dataclass
@@ -20,10 +22,11 @@ class WorkBudget:
     """Halves the background work after a slow step, stops it after a late one, and restores it step by step."""
 
     share: float = 1.0
+    low_steps: int = 0
+    """Steps in a row after which the work was below `REPORTED_SHARE`."""
 
     def took(self, step_s: float, period_s: float) -> bool:
-        """Record how long a step took. Return True when the work has just fallen below `REPORTED_SHARE`."""
-        before = self.share
+        """Record how long a step took. Return True once the work stays below `REPORTED_SHARE`."""
         # Work granted in one step still runs when the next one comes and makes that one late, too. With eight real PX4s
         # on two shared cores, halving alone was too slow for a computer that got four times as busy.
         if step_s > period_s:
@@ -32,4 +35,5 @@ class WorkBudget:
             self.share /= 2
         else:
             self.share = min(1.0, self.share + RECOVERY)
-        return self.share < REPORTED_SHARE <= before
+        self.low_steps = self.low_steps + 1 if self.share < REPORTED_SHARE else 0
+        return self.low_steps == REPORTED_STEPS
