@@ -100,6 +100,12 @@ def test_list_and_show_say_who_and_how(tmp_path: Path, tell: Tell) -> None:
     assert code == 0 and json.loads(out)[0]["mode"] == "STABILIZE"
 
 
+def test_no_vehicle_whose_propellers_turn_is_called_ready(tmp_path: Path, tell: Tell) -> None:
+    rig = ServiceRig(tmp_path, Peer(3)).heard()
+    rig.vehicle(3).telemetry.armed = True
+    assert "armed on the ground; nothing is heard of its EKF" in tell(rig, "list")[1]
+
+
 def test_an_id_that_several_vehicles_use_is_listed_as_that(tmp_path: Path, tell: Tell) -> None:
     rig = ServiceRig(tmp_path, Peer(3)).heard()
     rig.vehicle(3).identity.blocked = "several vehicles use id 3"

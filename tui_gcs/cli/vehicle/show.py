@@ -32,10 +32,18 @@ def run_list(station: StationClient, arguments: argparse.Namespace) -> int:
     if not vehicles:
         say("no vehicle was heard")
     for v in vehicles:
-        ready = "ready" if v.ready else (v.problems[0].text if v.problems else "not ready")
         armed = "ARMED" if v.armed else "-"
-        say(f"{v.id:>4} {v.autopilot:<11} {v.firmware:<12} {v.mode:<10} {armed:<6} {v.freshness:<6} {ready}")
+        say(f"{v.id:>4} {v.autopilot:<11} {v.firmware:<12} {v.mode:<10} {armed:<6} {v.freshness:<6} {_state(v)}")
     return OK
+
+
+def _state(v: VehicleInfo) -> str:
+    problem = v.problems[0].text if v.problems and not v.ready else ""
+    if not v.armed:
+        return problem or ("ready" if v.ready else "not ready")
+    # "ready" is said of a vehicle that can be started, never of one whose propellers turn.
+    place = "in the air" if v.in_flight else "armed on the ground"
+    return f"{place}; {problem}" if problem else place
 
 
 def run_show(station: StationClient, arguments: argparse.Namespace) -> int:
