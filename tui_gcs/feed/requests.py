@@ -6,6 +6,7 @@ from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as wire
 from tui_gcs.core.protocol.base import StopRequest
 from tui_gcs.core.protocol.bus import Bus, BusError
+from tui_gcs.core.protocol.inspection import GetMessages
 from tui_gcs.core.protocol.services import (
     GetModes,
     GetOnBoard,
@@ -34,6 +35,7 @@ READING = (
     wire.CancelPreview,
     wire.GetJournal,
     wire.Note,
+    GetMessages,
     GetModes,
     GetOnBoard,
     GetParamInfos,

@@ -14,6 +14,7 @@ from tui_gcs.core.protocol import flight, setup
 from tui_gcs.core.protocol.base import Message, Request, Vec3, VehicleRequest, Vehicles
 from tui_gcs.core.protocol.common import AnyRequest as StationRequest
 from tui_gcs.core.protocol.common import Reply, decode
+from tui_gcs.core.protocol.inspection import GetMessages, Inspection, SetMessageRate
 from tui_gcs.core.protocol.setup import Number
 
 MAX_VEHICLES = 255
@@ -247,6 +248,7 @@ class ServiceReply(Reply, frozen=True):
     remote_ids: tuple[setup.RemoteIdRow, ...] = ()
     payloads: tuple[setup.PayloadRow, ...] = ()
     on_board: tuple[OnBoardRow, ...] = ()
+    inspection: Inspection | None = None
 
 
 class GetVehicles(Request, frozen=True, tag="get-vehicles"):
@@ -401,7 +403,17 @@ class CancelTask(Request, frozen=True, tag="cancel-task"):
     number: int
 
 
-Look = GetVehicles | GetOnBoard | GetParams | GetParamInfos | GetModes | GetTasks | GetTaskResult | setup.Look
+Look = (
+    GetVehicles
+    | GetOnBoard
+    | GetParams
+    | GetParamInfos
+    | GetModes
+    | GetTasks
+    | GetTaskResult
+    | setup.Look
+    | GetMessages
+)
 Fetch = (
     ReadParams
     | FetchParams
@@ -424,6 +436,7 @@ Change = (
     | TypeShell
     | Reboot
     | setup.Change
+    | SetMessageRate
     | flight.Flight
 )
 ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.ConfirmStep

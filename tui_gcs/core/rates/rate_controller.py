@@ -5,6 +5,8 @@ reboot. So rates are requested on the link that each vehicle uses, and again whi
 """
 
 import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
@@ -16,6 +18,7 @@ from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.rates.link_budget import CALM_S, LinkMember, LinkRates, RateRequest
 from tui_gcs.core.rates.message_sets import FULL, UNASKED
+from tui_gcs.core.rates.operator_rates import OperatorRate, OperatorRates
 from tui_gcs.core.rates.radio_status import RadioReport, radio_report
 from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
@@ -70,6 +73,7 @@ class RateController:
         self._specs = specs
         self._clock = clock
         self._events = events
+        self.operator_rates = OperatorRates()
         self._links: dict[str, LinkRates] = {}
         for name in specs:
             self._link(name)
@@ -114,6 +118,35 @@ class RateController:
         """Hz by message id that each vehicle on that link is to send now; empty where nothing is requested."""
         link_rates = self._links.get(link)
         return {} if link_rates is None or link_rates.silent else dict(link_rates.set.hz)
+
+    def set_rate(self, vehicle: Vehicle, message: int, rate: OperatorRate) -> None:
+        """Request a message as an operator wants it, at the next tick and again whenever it is not so."""
+        self.operator_rates.put(vehicle.id, message, rate)
+        self._request_anew(vehicle, message, RateRequest(rate.hz))
+
+    def release_rate(self, vehicle: Vehicle, message: int) -> bool:
+        """Let the link's set decide again; returns whether an operator had asked for a rate.
+
+        What the set does not contain is turned off; what an operator had turned off stays so until the vehicle boots.
+        """
+        was_set = self.operator_rates.drop(vehicle.id, message)
+        self._request_anew(vehicle, message, None)
+        return was_set
+
+    def link_of(self, vehicle: Vehicle) -> LinkRates:
+        """The link in use by a vehicle, with its set and budget."""
+        return self._link(vehicle.link)
+
+    def _request_anew(self, vehicle: Vehicle, message: int, request: RateRequest | None) -> None:
+        for link in self._links.values():
+            member = link.members.get(vehicle.id)
+            if member is None:
+                continue
+            member.check_s = -math.inf
+            if request is not None:
+                member.rate_requests[message] = replace(request)
+            elif message in member.rate_requests and member.rate_requests[message].hz == 0.0:
+                del member.rate_requests[message]
 
     def silent(self, link: str) -> bool:
         """Whether nothing but commands may be sent there, not even our heartbeat (HIGH_LATENCY2).
@@ -196,7 +229,8 @@ class RateController:
         elif not identity_request.under_way and now >= identity_request.next_s:
             self._submit(link, member, identity_request, self._encoder.version(vehicle.id), now)
             return True
-        _bring_up_to_date(link, member, vehicle, now)
+        operators = self.operator_rates.of(vehicle.id)
+        _bring_up_to_date(link, member, vehicle, now, operators)
         _compare_rates(member, vehicle, now)
         if any(request.under_way for request in member.rate_requests.values()):
             return False  # an ACK names only the command: one interval of a vehicle at a time
@@ -207,15 +241,29 @@ class RateController:
         ]
         if not due:
             return False
-        message, request = min(due, key=lambda pair: pair[1].hz > 0.0)  # first what is to fall silent
+        # First what an operator waits for, then what is to fall silent.
+        message, request = min(due, key=lambda pair: (pair[0] not in operators, pair[1].hz > 0.0))
         hz = request.hz if request.hz > 0.0 else OFF_HZ
-        self._submit(link, member, request, self._encoder.interval(vehicle.id, message, hz), now)
+        action = self._encoder.interval(vehicle.id, message, hz)
+
+        def answered(why_not: str) -> None:
+            # What the vehicle does not know is not asked off either.
+            if self.operator_rates.answered(vehicle.id, message, why_not) and why_not:
+                member.rate_requests.pop(message, None)
+
+        self._submit(link, member, request, action, now, answered)
         return True
 
     def _submit(
-        self, link: LinkRates, member: LinkMember, request: RateRequest, action: VehicleAction, now: float
+        self,
+        link: LinkRates,
+        member: LinkMember,
+        request: RateRequest,
+        action: VehicleAction,
+        now: float,
+        on_answer: Callable[[str], None] = lambda why_not: None,
     ) -> None:
-        """Send a request; every copy of it is counted."""
+        """Send a request; every copy of it is counted. `on_answer` gets "" or why the vehicle does not do it."""
         send = action.send
 
         def counted(copy: int) -> None:
@@ -226,6 +274,8 @@ class RateController:
             request.under_way = False
             request.settled_s = self._clock.now() if outcome is Outcome.CONFIRMED else math.nan
             member.check_s = self._clock.now()
+            if outcome is not Outcome.SUPERSEDED:
+                on_answer("" if outcome is Outcome.CONFIRMED else ": ".join(filter(None, (outcome.value, why))))
 
         action.send, action.on_done = counted, ended
         request.under_way = True
@@ -239,7 +289,7 @@ class RateController:
             vehicle = self._fleet.vehicles.get(vehicle_id)
             if vehicle is None or not _is_reachable(link, vehicle, now):
                 continue
-            _bring_up_to_date(link, member, vehicle, now)
+            _bring_up_to_date(link, member, vehicle, now, self.operator_rates.of(vehicle.id))
             if any(not request.asked for request in member.rate_requests.values()):
                 return False
         return True
@@ -251,9 +301,14 @@ def _is_reachable(link: LinkRates, vehicle: Vehicle, now: float) -> bool:
     return vehicle.link == link.name and not silent
 
 
-def _bring_up_to_date(link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float) -> None:
-    """Make requests for what the link's set contains, and against what it does not contain or what comes unasked."""
+def _bring_up_to_date(
+    link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float, operators: Mapping[int, OperatorRate]
+) -> None:
+    """Make requests for what the link's set or an operator wants, and against what neither does or comes unasked."""
     wanted, rate_requests, useless = link.set.hz, member.rate_requests, unwanted_messages(vehicle)
+    if operators:
+        wanted = {**wanted, **{message: rate.hz for message, rate in operators.items()}}
+        useless = useless.difference(operators)
     for message, hz in wanted.items():
         if message not in useless and (message not in rate_requests or rate_requests[message].hz != hz):
             rate_requests[message] = RateRequest(hz)

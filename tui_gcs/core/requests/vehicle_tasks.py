@@ -17,6 +17,7 @@ from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.flight_requests import FlightRequests
 from tui_gcs.core.requests.handler import Access, NotConfirmedError, RequestHandler, VehicleAct
+from tui_gcs.core.requests.inspection_requests import InspectionRequests
 from tui_gcs.core.requests.payload_requests import PayloadRequests, payload_rows, remote_id_rows, traffic_rows
 from tui_gcs.core.requests.setup_requests import SetupRequests
 from tui_gcs.core.requests.tasks import TaskTable
@@ -33,12 +34,14 @@ class VehicleTasks:
         parts = self._parts = context.parts
         self.tasks = TaskTable(parts.records.clock)
         self._setup = SetupRequests(parts.services)
+        self._inspection = InspectionRequests(parts)
         firmware = parts.comms.firmware
         self._acts: dict[type, VehicleAct] = {
             **VehicleRequests(parts.services, firmware, parts.comms.command_encoder).acts,
             **self._setup.acts,
             **PayloadRequests(parts.services, firmware).acts,
             **FlightRequests(context).acts,
+            **self._inspection.acts,
         }
 
     def handlers(self) -> dict[type, RequestHandler]:
@@ -60,6 +63,7 @@ class VehicleTasks:
         }
         return {
             **{kind: RequestHandler(Access.LOOK, partial(_answered, look)) for kind, look in looks.items()},
+            **self._inspection.handlers(),
             **{kind: RequestHandler(_access(kind), self.begin) for kind in self._acts},
             s.CancelTask: RequestHandler(Access.COMMAND, lambda _, request: self.cancel(request)),
             setup.ConfirmStep: RequestHandler(Access.COMMAND, lambda _, request: self.confirm(request)),
