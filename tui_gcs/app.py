@@ -121,6 +121,7 @@ class ConsoleApp(TerminalApp):
     def _fly_screen(self) -> Screen[None]:
         screen = FlyScreen(self.feed, glyphs=self.glyphs)
         screen.map_view.set_overlays(tuple(self.options.overlays))
+        screen.map_view.content.elevation = self.options.elevation
         return screen
 
     # The other screens are imported when they are first shown: the first frame does not wait for them.
@@ -129,12 +130,15 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.plan.plan_screen import PlanScreen
 
         self._plan = PlanScreen(self.feed, self.clock, folder=self.options.folder, glyphs=self.glyphs)
+        self._plan.map_view.content.elevation = self.options.elevation
         return self._plan
 
     def _missions_screen(self) -> Screen[None]:
         from tui_gcs.screens.missions.missions_screen import MissionsScreen
 
-        return MissionsScreen(self.feed, self.clock, folder=self.options.folder, glyphs=self.glyphs)
+        screen = MissionsScreen(self.feed, self.clock, folder=self.options.folder, glyphs=self.glyphs)
+        screen.set_elevation(self.options.elevation)
+        return screen
 
     def _vehicles_screen(self) -> Screen[None]:
         from tui_gcs.screens.vehicles.vehicles_screen import VehiclesScreen

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.cli import console_options
 from tui_gcs.cli.exit_codes import CommandError
+from tui_gcs.cli.files.file_access import elevation_of
 from tui_gcs.client.launcher import START_LIMIT_S, start_error
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.directories import socket_path, state_dir
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.formats.overlays import Overlay, OverlayError, load_overlay
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.core.protocol.zenoh_bus import connect_later
 from tui_gcs.terminal.terminal_options import prepare_textual, wants_slow
 
@@ -35,11 +37,12 @@ def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
 
 @dataclass(frozen=True)
 class ConsolePreferences:
-    """The operator's settings for the console: keys, theme, drawings, thin link, read-only."""
+    """The operator's settings for the console: keys, theme, drawings, terrain, read-only."""
 
     keymap: Mapping[str, str]
     theme: str
     overlays: tuple[Overlay, ...]
+    elevation: Elevation | None
     read_only: bool
 
 
@@ -47,7 +50,8 @@ def preferences(overlays: Sequence[str]) -> ConsolePreferences:
     """Return the settings of the command line, the environment and the operator's files. Raises `CommandError`."""
     prepare_textual(os.environ)  # before anything imports Textual
     read_only = os.environ.get("TUI_GCS_READ_ONLY", "") not in ("", "0")
-    return ConsolePreferences(operators_keymap(), operators_theme(), read_overlays(overlays), read_only)
+    elevation = elevation_of(os.environ.get("TUI_GCS_TERRAIN") or None)
+    return ConsolePreferences(operators_keymap(), operators_theme(), read_overlays(overlays), elevation, read_only)
 
 
 def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = False) -> int:
@@ -66,6 +70,7 @@ def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = 
             kind=kind,
             options=ConsoleOptions(
                 overlays=wanted.overlays,
+                elevation=wanted.elevation,
                 read_only=wanted.read_only,
                 starts_station=starts_station,
                 keymap=wanted.keymap,

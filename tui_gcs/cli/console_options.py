@@ -24,6 +24,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--theme", choices=THEMES, help=known)
     known = "draw points, lines and areas of a .geojson or .kml file on the map; may be repeated"
     options.repeated(parser, "--overlay", "FILE", known)
+    known = "heights of the ground: an SRTM tile (.hgt), a folder of them, or an .asc grid (also: TUI_GCS_TERRAIN)"
+    parser.add_argument("--terrain", metavar="PATH", help=known)
     known = "look only: this console commands nothing (also: TUI_GCS_READ_ONLY=1)"
     parser.add_argument("--read-only", action="store_true", help=known)
     known = "your own keys, TOML (default: tui-gcs/keymap.toml where configurations are; also: TUI_GCS_KEYMAP)"
@@ -35,6 +37,6 @@ def apply(arguments: argparse.Namespace, environ: MutableMapping[str, str]) -> N
     for name, variable in (("slow", "TUI_GCS_SLOW"), ("plain", "TUI_GCS_PLAIN"), ("read_only", "TUI_GCS_READ_ONLY")):
         if getattr(arguments, name, False):
             environ[variable] = "1"
-    for name, variable in (("keymap", "TUI_GCS_KEYMAP"), ("theme", "TUI_GCS_THEME")):
+    for name in ("keymap", "theme", "terrain"):
         if value := getattr(arguments, name, None):
-            environ[variable] = value
+            environ[f"TUI_GCS_{name.upper()}"] = value

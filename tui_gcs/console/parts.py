@@ -10,6 +10,7 @@ from textual.app import App
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.formats.overlays import Overlay
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.notices import Severity
 from tui_gcs.widgets.basics.glyphs import GlyphSet
@@ -48,6 +49,8 @@ class ConsoleOptions:
     glyphs: GlyphSet | None = None
     """None: what the terminal can show."""
     overlays: Sequence[Overlay] = ()
+    elevation: Elevation | None = None
+    """The heights of the ground, where the operator gave a terrain file."""
     theme: str = ""
     """Name of the theme to begin with, of `THEMES`; empty for the first."""
     groups: GroupFile | None = None

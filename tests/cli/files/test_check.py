@@ -44,6 +44,26 @@ def test_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     assert "caution team defend: planner 'mine' is none of the known ones" in capsys.readouterr().out
 
 
+def plateau(lat_deg: float, lon_deg: float) -> None:
+    """Write plateau.asc around a place: level at 110 m, and 72 m higher from about 250 m east of it on."""
+    rows = "\n".join(" ".join("182" if column > 46 else "110" for column in range(80)) for _ in range(80))
+    corner = f"xllcenter {lon_deg - 0.02}\nyllcenter {lat_deg - 0.02}"
+    Path("plateau.asc").write_text(f"ncols 80\nnrows 80\n{corner}\ncellsize 0.0005\nNODATA_value -9999\n{rows}")
+
+
+def test_the_ground_below_a_scenario_and_a_mission(capsys: pytest.CaptureFixture[str]) -> None:
+    origin = parse(SCENARIO.read_text(), "a.toml").origin
+    plateau(origin.lat_deg, origin.lon_deg)
+    assert main(["check", str(SCENARIO), "--terrain", "plateau.asc"]) == 0
+    assert re.search(r"caution round 1: the layer of [\d.]+ m is \d+ m below the ground at", capsys.readouterr().out)
+    plateau(47.3977, 8.5456)
+    Path("over.waypoints").write_text(WPL.replace("8.5457000\t20", "8.5550000\t20"))
+    assert main(["check", "over.waypoints", "--terrain", "plateau.asc"]) == 0
+    assert "caution mission 2: the way to it passes 5" in capsys.readouterr().out
+    assert main(["check", str(SCENARIO), "--terrain", "none.asc"]) == 2
+    assert "--terrain none.asc: No such file or directory" in capsys.readouterr().err
+
+
 @pytest.mark.long
 def test_what_planners_would_make_of_it_and_where_teams_meet(capsys: pytest.CaptureFixture[str]) -> None:
     """Two small zones on each other, one round, two vehicles each."""

@@ -4,18 +4,20 @@ import argparse
 import json
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import read_planners
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
-from tui_gcs.cli.files.file_access import MAX_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
+from tui_gcs.cli.files.file_access import MAX_CELLS, SCENARIO, elevation_of, missions_in, read_any, read_base, round_of
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, counted
 
 if TYPE_CHECKING:
     from tui_gcs.core.formats.conversion import BaseScenario
+    from tui_gcs.core.geometry.elevation import Elevation
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.mission_findings import MissionFinding, MissionSite
     from tui_gcs.core.missions.plan_findings import PlanTarget
@@ -34,7 +36,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.planner and not is_scenario:
         raise CommandError("--planner is of a scenario (.toml)")
     planners = read_planners(arguments.planner)
-    lines = scenario_lines(path, preview, planners) if is_scenario else other_lines(path, arguments)
+    elevation = elevation_of(arguments.terrain)
+    lines = (
+        scenario_lines(path, preview, planners, elevation) if is_scenario else other_lines(path, arguments, elevation)
+    )
     errors, cautions = (sum(line.level == level for line in lines) for level in (ERROR, CAUTION))
     if arguments.json:
         found = [{"level": line.level.lower(), "where": line.where, "text": line.text} for line in lines]
@@ -52,11 +57,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def scenario_lines(
-    path: Path, preview: str | None = None, planners: "dict[str, PlannerInfo] | None" = None
+    path: Path,
+    preview: str | None = None,
+    planners: "dict[str, PlannerInfo] | None" = None,
+    elevation: "Elevation | None" = None,
 ) -> list[FindingLine]:
     """Return the findings of a scenario; with `preview` also what its planners would achieve.
 
-    `planners` are those in files, by name.
+    `planners` are those in files, by name; with `elevation` the ground below is looked at, too.
     Raises `CommandError` if the file cannot be read at all.
     """
     from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
@@ -70,12 +78,13 @@ def scenario_lines(
     except ScenarioError as error:
         return [FindingLine(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
     from tui_gcs.cli.flights.scenario_options import wrong_gates
+    from tui_gcs.core.missions.ground_findings import ground_findings
     from tui_gcs.core.missions.scenario_findings import findings  # not for a scenario that cannot be read
     from tui_gcs.planner.runtime import registry
 
     found = [
         FindingLine(WORDS[finding.level], where, f"{finding.text} {finding.detail}".rstrip())
-        for where, finding in findings(scenario)
+        for where, finding in [*findings(scenario), *(ground_findings(scenario, elevation) if elevation else ())]
     ]
     found += [FindingLine(ERROR, "", problem) for problem in wrong_gates(scenario, text, planners or {})]
     known = {*registry.names(), *(planners or {})}
@@ -93,18 +102,20 @@ def scenario_lines(
 # ---------------------------------------------------------------- plans and others
 
 
-def other_lines(path: Path, arguments: argparse.Namespace) -> list[FindingLine]:
+def other_lines(path: Path, arguments: argparse.Namespace, elevation: "Elevation | None") -> list[FindingLine]:
     """Return the findings of the missions screen's own file, or of a file with one plan. Raises `CommandError`."""
     base = read_base(Path(arguments.scenario)) if arguments.scenario is not None else None
     data = missions_in(path)
     if data is None:
-        return file_lines(path, base, arguments)
+        return file_lines(path, base, arguments, elevation)
     from tui_gcs.cli.files.check_missions import missions_lines
 
-    return missions_lines(path, data, base, arguments)
+    return missions_lines(path, data, base, arguments, elevation)
 
 
-def file_lines(path: Path, base: "BaseScenario | None", arguments: argparse.Namespace) -> list[FindingLine]:
+def file_lines(
+    path: Path, base: "BaseScenario | None", arguments: argparse.Namespace, elevation: "Elevation | None"
+) -> list[FindingLine]:
     """Return the findings of a file that is not a scenario; `base` is the scenario in which a plan is flown.
 
     Raises `CommandError` if the file cannot be read at all.
@@ -119,7 +130,7 @@ def file_lines(path: Path, base: "BaseScenario | None", arguments: argparse.Name
     if content.params:
         return [*lost, *_param_lines(content), *notes]
     unflown = [FindingLine(ERROR, "mission", f"{part}: its way is not in the file") for part in content.not_flown]
-    return [*unflown, *_plan_lines(content, base, arguments), *lost, *notes]
+    return [*unflown, *_plan_lines(content, base, arguments, elevation), *lost, *notes]
 
 
 def _drawing_lines(content: Content) -> list[FindingLine]:
@@ -161,7 +172,9 @@ def _param_lines(content: Content) -> list[FindingLine]:
     return found
 
 
-def _plan_lines(content: Content, base: "BaseScenario | None", arguments: argparse.Namespace) -> list[FindingLine]:
+def _plan_lines(
+    content: Content, base: "BaseScenario | None", arguments: argparse.Namespace, elevation: "Elevation | None"
+) -> list[FindingLine]:
     """Return the findings of a plan: where it leads, and what its autopilot would refuse."""
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.mission_findings import FindingLevel, findings
@@ -174,6 +187,7 @@ def _plan_lines(content: Content, base: "BaseScenario | None", arguments: argpar
     if draft.is_empty:
         return [FindingLine(NOTE, "", "nothing is planned in it")]
     target, site = _who(content, draft, base, arguments)
+    site = replace(site, elevation=elevation)
     amsl_m = content.home.amsl_m if content.home is not None and not math.isnan(content.home.amsl_m) else 0.0
     way = timed_path(draft.mission, HomePosition(target.start_m, amsl_m), target.frame, site.performance)
     found: list[MissionFinding] = findings(draft, way, site)

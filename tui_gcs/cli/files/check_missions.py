@@ -8,6 +8,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
 from tui_gcs.cli.files.file_access import round_of
 from tui_gcs.core.formats.conversion import BaseScenario
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.missions.draft import MissionDraft
@@ -20,7 +21,7 @@ from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance
 
 
 def missions_lines(
-    path: Path, data: bytes, base: BaseScenario | None, arguments: argparse.Namespace
+    path: Path, data: bytes, base: BaseScenario | None, arguments: argparse.Namespace, elevation: Elevation | None
 ) -> list[FindingLine]:
     """Return the findings, the gravest first.
 
@@ -31,7 +32,7 @@ def missions_lines(
     except DraftFileError as error:
         raise CommandError(f"{path.name}: {error}") from None
     look = Forecast()
-    look.draft = saved.draft
+    look.draft, look.elevation = saved.draft, elevation
     look.performance = saved.performance or look.performance
     notes = _site(look, saved.draft, base, arguments)
     if arguments.autopilot is not None:

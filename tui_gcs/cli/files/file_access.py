@@ -13,6 +13,7 @@ from tui_gcs.cli.exit_codes import CommandError
 if TYPE_CHECKING:
     from tui_gcs.core.formats.content import Content, Written
     from tui_gcs.core.formats.conversion import BaseScenario, ConversionOptions
+    from tui_gcs.core.geometry.elevation import Elevation
 
 MAX_CELLS = 300
 SCENARIO = ".toml"
@@ -45,6 +46,20 @@ def missions_in(path: Path) -> bytes | None:
     except FormatError as error:
         raise CommandError(f"{clean(str(path), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
     return data if are_missions(data) else None
+
+
+def elevation_of(text: str | None) -> "Elevation | None":
+    """Read the terrain file or folder that the operator named, if he named one. Raises `CommandError`."""
+    if text is None:
+        return None
+    from tui_gcs.core.base.text import clean
+    from tui_gcs.core.formats.content import FormatError
+    from tui_gcs.core.formats.elevation_files import read_elevation
+
+    try:
+        return read_elevation(Path(text))
+    except FormatError as error:
+        raise CommandError(f"--terrain {clean(text, MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
 
 
 def options_for(arguments: argparse.Namespace, title: str) -> "ConversionOptions":

@@ -44,9 +44,11 @@ def add(commands: Commands) -> None:
     check.add_argument("--scenario", metavar="SCENARIO.toml", help="judge a plan by its operating area, too")
     check.add_argument("--round", metavar="N|NAME", help="of the scenario (default: the first)")
     check.add_argument("--home", metavar="LAT,LON", help="where it starts, if the file does not say it")
-    known = "of a scenario: what its planners would make of each round, and where teams meet; seconds for each team"
+    known = "heights of the ground: an SRTM tile (.hgt), a folder of them, or an ESRI grid in degrees (.asc)"
+    check.add_argument("--terrain", metavar="PATH", help=known)
     known = "of a scenario: a planner in a file, so that gates of its metrics are checked; may be repeated"
     options.repeated(check, "--planner", "FILE.py", known)
+    known = "of a scenario: what its planners would make of each round, and where teams meet; seconds for each team"
     check.add_argument("--preview", action="store_true", help=known)
     check.add_argument("--json", action="store_true", help="for scripts")
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from itertools import combinations, product
 
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
 from tui_gcs.core.missions.mission_conflicts import ComparablePath, Conflict, comparable, conflict_between, worst_first
@@ -32,6 +33,8 @@ class Forecast:
         self.frame = LocalFrame(Origin(0.0, 0.0, 0.0))
         self.current: Round | None = None
         self.limits = Limits()
+        self.elevation: Elevation | None = None
+        """The heights of the ground, where the operator gave a terrain file."""
         self._paths: dict[int, tuple[Items, HomePosition, Performance, LocalFrame, TimedPath]] = {}
         self._found: dict[int, tuple[VehicleDraft, TimedPath, MissionSite, list[MissionFinding]]] = {}
         self._prepared: dict[int, tuple[TimedPath, ComparablePath]] = {}
@@ -61,7 +64,8 @@ class Forecast:
         """The surroundings that its mission is checked against."""
         planned = self.vehicle(vehicle)
         home_deg = self.frame.to_geodetic(*planned.home.place_m)
-        return MissionSite(self.frame, self.current, self.performance, planned.battery_pct, planned.autopilot, home_deg)
+        battery_pct, autopilot = planned.battery_pct, planned.autopilot
+        return MissionSite(self.frame, self.current, self.performance, battery_pct, autopilot, home_deg, self.elevation)
 
     def battery_left_pct(self, vehicle: int) -> float:
         """The battery that is left after its mission, percent."""

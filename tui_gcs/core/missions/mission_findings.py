@@ -12,10 +12,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import polygon_of
 from tui_gcs.core.missions.autopilot_limits import refusals
 from tui_gcs.core.missions.draft import Items, VehicleDraft
+from tui_gcs.core.missions.ground_clearance import lowest_points
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.timed_path import GROUND_HEIGHT_M, TimedPath
 from tui_gcs.core.plans.check import MAX_RADIUS_M
@@ -41,6 +43,8 @@ from tui_gcs.core.scenario.model import Round
 TOUCH_M = 0.01
 """A border may be touched within this: places are rounded to 1e-7 degrees."""
 CIRCLE_QUADRANT = 16
+MIN_CLEARANCE_M = 5.0
+"""The way of a mission without an operating area may come as near to the ground as this."""
 TAKE_OFFS = frozenset({TAKE_OFF, VTOL_TAKE_OFF})
 FLOWN = PLACES - FENCE_COMMANDS - {ROI_LOCATION, RALLY_POINT} | {RETURN}
 """Items that move a vehicle; the assumed path knows all of them."""
@@ -87,6 +91,8 @@ class MissionSite:
     autopilot: str = ""
     """The autopilot as in fleet frames; empty if not known."""
     home_deg: tuple[float, float] | None = None
+    elevation: Elevation | None = None
+    """The heights of the ground, where the operator gave a terrain file."""
 
 
 def findings(draft: VehicleDraft, path: TimedPath, site: MissionSite) -> list[MissionFinding]:
@@ -100,7 +106,12 @@ def findings(draft: VehicleDraft, path: TimedPath, site: MissionSite) -> list[Mi
         for text in refusals(draft.plan(kind), site.autopilot, site.home_deg)
     ]
     if draft.mission and not found:
-        found += [*_shape(draft.mission, path), *_places(draft, path, site), *_battery(path, site)]
+        found += [
+            *_shape(draft.mission, path),
+            *_places(draft, path, site),
+            *_ground(draft.mission, path, site),
+            *_battery(path, site),
+        ]
     return sorted(found, key=lambda each: (-each.level, each.kind, -1 if each.item is None else each.item))
 
 
@@ -203,6 +214,28 @@ def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.P
             if region.is_valid:
                 regions.append((shape.command == POLYGON_IN, region))
     return regions
+
+
+def _ground(mission: Items, path: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
+    """Find where the way comes nearer to the ground than the operating area allows, if the ground is known."""
+    if site.elevation is None or path.is_empty:
+        return
+    points, unknown = lowest_points(mission, path, site.frame, site.elevation)
+    if unknown:
+        text = (
+            f"the ground is unknown on {max(unknown, 0.01):.0%} of the way: {site.elevation.name} does not reach there"
+        )
+        yield caution(None, text)
+    least_m = MIN_CLEARANCE_M if site.current is None else site.current.area.alt_min_m
+    low = [point for point in points if point.clearance_m < least_m]
+    if low:
+        worst = min(low, key=lambda point: point.clearance_m)
+        above = "above" if worst.clearance_m >= 0 else "below"
+        more = f" (and {len(low) - 1} more)" if len(low) > 1 else ""
+        text = (
+            f"the way to it passes {abs(worst.clearance_m):.0f} m {above} the ground, {worst.along_m:.0f} m from home"
+        )
+        yield caution(worst.item, f"{text}{more}: {least_m:g} m are the least here")
 
 
 def battery_left_pct(path: TimedPath, site: MissionSite) -> float:

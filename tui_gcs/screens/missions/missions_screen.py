@@ -20,6 +20,7 @@ from textual.widgets import Input
 from tui_gcs.actions import ConsoleAction, bindings
 from tui_gcs.actions.mission_actions import MISSION_ACTIONS
 from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.plans.model import PlanKind
@@ -123,6 +124,10 @@ class MissionsScreen(DraftScreen):
         )
         self.copy_bar = PromptBar("copy")
         self.copies = PlanCopies(self.editor, self.copy_bar, self.feedback, self.did)
+
+    def set_elevation(self, elevation: Elevation | None) -> None:
+        """Take the heights of the ground: the map's cursor, the profile and the findings show them."""
+        self.map_view.content.elevation = self.editor.forecast.elevation = elevation
 
     def _compose_middle(self) -> ComposeResult:
         """Compose map and profile, and the lists and forms beside them."""

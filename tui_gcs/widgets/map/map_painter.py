@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tui_gcs.core.formats.overlays import Overlay
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.protocol.common import Annotation, FleetFrame, VehicleRow
 from tui_gcs.core.protocol.setup import TrafficRow
@@ -57,6 +58,8 @@ class MapContent:
     silent_s: float = 0.0
     """How long the station has been silent; 0 while it is not."""
     pointer: Pointer | None = None
+    elevation: Elevation | None = None
+    """The heights of the ground, for the figures at the cursor; None where no terrain file was given."""
     hidden: frozenset[Layer] = HIDDEN_AT_FIRST
     overlays: tuple[Overlay, ...] = ()
     traffic: tuple[TrafficRow, ...] = ()
@@ -99,7 +102,7 @@ class MapPainter:
             draw_pointer(raster, view, content.pointer)
         cells = Cells(raster.codes(content.glyphs.dots, _LETTERS), raster.inks)
         if content.pointer is not None:
-            for word in pointer_words(view, content.pointer, content.origin, content.glyphs):
+            for word in pointer_words(view, content.pointer, content.origin, content.glyphs, content.elevation):
                 cells.write(word.column, word.row, word.text, word.ink)
         if content.frame is not None:
             # Vehicles before all words: what is written first keeps its cells.
