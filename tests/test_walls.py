@@ -356,7 +356,7 @@ def test_only_one_function_sends_to_vehicles_and_it_needs_a_permission() -> None
         if any(isinstance(node, ast.Call) and sends_over_a_link(node) for node in ast.walk(function)):
             found.setdefault(name_of(path), set()).add(function.name)
     assert found == SENDERS
-    for needed in (Uplink._put, Uplink._put_to, Uplink._send):
+    for needed in (Uplink._put, Uplink._ways, Uplink._send):
         assert get_type_hints(needed)["permission"] == Permission
         assert inspect.signature(needed).parameters["permission"].default is inspect.Parameter.empty
     assert get_type_hints(Uplink.setpoint)["permission"] == SetpointPermission

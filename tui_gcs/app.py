@@ -233,7 +233,7 @@ class ConsoleApp(TerminalApp):
 
     def action_command(self, name: str) -> None:
         """Carry out a command of the action table by its id."""
-        self.commands.run(name)
+        self.commands.by_name[name]()
 
     def action_order(self, order_id: str) -> None:
         """Ask about one order to the selected vehicles."""

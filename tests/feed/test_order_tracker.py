@@ -38,8 +38,9 @@ def followed(tasks_later: tuple[TaskInfo, ...]) -> SentOrder:
         return ServiceReply(ok=True, results=(VehicleResult(3, True, ""),), tasks=(RUNNING,))
 
     async def follow() -> SentOrder:
-        orders = OrderTracker(cast(Feed, PaperFeed(answer)), VirtualClock(), lambda _order: None)
-        await orders.send(ReadChecks(), "read", (3,))
+        feed = PaperFeed(answer)
+        orders = OrderTracker(cast(Feed, feed), VirtualClock(), lambda _order: None)
+        await orders.follow(feed.send(ReadChecks()), "read", (3,))
         await orders.ask_tasks()
         assert orders.newest is not None
         return orders.newest

@@ -50,7 +50,7 @@ async def until(true: Callable[[], bool]) -> None:
 
 
 async def given(line: StopRequests, stop: StopRequest, tries: int = 3) -> "asyncio.Task[bytes]":
-    task = asyncio.create_task(line.send(stop, tries))
+    task = asyncio.ensure_future(line.begin(stop, tries))
     await asyncio.sleep(0.005)
     return task
 
@@ -148,7 +148,7 @@ async def test_stops_given_at_once_are_said_in_turn() -> None:
     station = SilentStation()
     line = stop_requests(station)
     given_at_once = [Hold(), Land((1,)), Return((2,)), Land((3,))]
-    waiting = [asyncio.create_task(line.send(stop, 1)) for stop in given_at_once]
+    waiting = [asyncio.ensure_future(line.begin(stop, 1)) for stop in given_at_once]
     await until(lambda: len(station.asked) == 4)
     assert station.asked == given_at_once
     for number in range(4):

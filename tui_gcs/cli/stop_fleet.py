@@ -82,7 +82,7 @@ def stop_vehicles(
 
 def _send(bus: Bus, request: StopRequest) -> Reply:
     async def send() -> bytes:
-        return await StopRequests(bus, keys.REQUEST.format(principal=PRINCIPAL)).send(request, STOP_TRIES)
+        return await StopRequests(bus, keys.REQUEST.format(principal=PRINCIPAL)).begin(request, STOP_TRIES)
 
     try:
         return decode(asyncio.run(send()), Reply)

@@ -52,7 +52,7 @@ class CommandController:
         self._operator = operator
         # Enter confirms a question and also resumes: see `CLOSED_S`.
         self._closed_s = self._payloads_asked_s = float("-inf")
-        self._by_name: dict[str, Callable[[], None]] = {
+        self.by_name: dict[str, Callable[[], None]] = {
             "start_stop": self.start_or_hold,
             "hold_all": self.hold_all,
             "return_all": self.return_all,
@@ -62,10 +62,7 @@ class CommandController:
             "orders": self.choose_order,
             "return_selected": lambda: self.order("return", action_id="return_selected"),
         }
-
-    def run(self, name: str) -> None:
-        """Carry out the command of an action by its id."""
-        self._by_name[name]()
+        """What each action of the table commands, by the action's id."""
 
     # Commands for all vehicles.
 
@@ -82,20 +79,23 @@ class CommandController:
         """HOLD everything now, whatever is on the screen."""
         # Nothing refuses it: it is sent also to a silent station and from a terminal that is too small
         # (docs/threats.md D.2).
-        self._results.send(Hold(), "HOLD ALL", seen=BY_ID["hold"].seen, tries=STOP_TRIES)
+        reply = self._feed.requests.begin(Hold(), tries=STOP_TRIES)
+        self._results.expect(reply, "HOLD ALL", seen=BY_ID["hold"].seen)
 
     def return_all(self) -> None:
         """Return all vehicles on their layers and land them in turn, whatever is on the screen."""
-        self._results.send(Return(), "RETURN ALL", seen=BY_ID["return"].seen, begins=True, tries=STOP_TRIES)
+        reply = self._feed.requests.begin(Return(), tries=STOP_TRIES)
+        self._results.expect(reply, "RETURN ALL", seen=BY_ID["return"].seen, begins=True)
 
     def land_all(self) -> None:
         """Land all vehicles where they are, whatever is on the screen."""
-        self._results.send(Land(), "LAND ALL", seen=BY_ID["land"].seen, begins=True, tries=STOP_TRIES)
+        reply = self._feed.requests.begin(Land(), tries=STOP_TRIES)
+        self._results.expect(reply, "LAND ALL", seen=BY_ID["land"].seen, begins=True)
 
     def resume(self) -> None:
         """Let the planners go on after a hold."""
         if not self._is_refused("resume"):
-            self._results.send(Resume(), "resume")
+            self._results.expect(self._feed.requests.begin(Resume()), "resume")
 
     def resume_by_enter(self) -> None:
         """Resume after a hold, unless Enter was meant for a question that had just closed."""
@@ -119,7 +119,7 @@ class CommandController:
 
         def answered(index: int | None) -> None:
             if index is not None:
-                self._results.send(SwitchRound(index=index), f"round {index + 1}")
+                self._results.expect(self._feed.requests.begin(SwitchRound(index=index)), f"round {index + 1}")
             else:
                 self._closed_s = parts.clock.now()
                 parts.notice(f"round: nothing sent: {dialog.closed_by_itself or CANCELLED}")
@@ -146,7 +146,7 @@ class CommandController:
 
         def answered(request: Start | None) -> None:
             if request is not None:
-                self._results.send(request, f"start {ids(plan.vehicles)}")
+                self._results.expect(feed.requests.begin(request), f"start {ids(plan.vehicles)}")
             else:
                 parts.notice(f"start: nothing sent: {dialog.closed_by_itself or CANCELLED}")
 
@@ -197,21 +197,20 @@ class CommandController:
             self._parts.notice(f"{name}: nothing sent: {answer or CANCELLED}")
             return
         order, vehicles = answer.order, answer.vehicles
-        self._results.send(
-            answer.request,
-            f"{order.name} {ids(vehicles)}",
-            vehicles,
-            answer.left_out,
-            seen=order.seen,
-            begins=order.begins,
-            # Only stops are repeated: a copy of anything else could have its effect late or twice (docs/threats.md R8).
-            tries=STOP_TRIES if order.is_stop else 1,
-        )
+        # Only stops are repeated: a copy of anything else could have its effect late or twice (docs/threats.md R8).
+        reply = self._feed.requests.begin(answer.request, tries=STOP_TRIES if order.is_stop else 1)
+        title = f"{order.name} {ids(vehicles)}"
+        self._results.expect(reply, title, vehicles, answer.left_out, seen=order.seen, begins=order.begins)
         if order.id == "nudge":
             parts = self._parts
             self._parts.app.push_screen(
-                ManualControlScreen(vehicles, self._feed, self._nudge, self._results.send, parts.clock, parts.glyphs)
+                ManualControlScreen(vehicles, self._feed, self._nudge, self._hold, parts.clock, parts.glyphs)
             )
+
+    def _hold(self, request: Hold, title: str) -> None:
+        """Hold vehicles that are flown by hand."""
+        reply = self._feed.requests.begin(request, tries=STOP_TRIES)
+        self._results.expect(reply, title, request.vehicles, seen=BY_ID["hold"].seen)
 
     def _nudge(self, request: Request) -> None:
         """Send without a table, because a key is repeated often: the screen shows at once what is refused."""

@@ -141,7 +141,7 @@ class KeyInput:
             self._on_change()
         # At once, before keys that wait for a slow screen: a chord is the last resort.
         if command:
-            self._commands.run(command)
+            self._commands.by_name[command]()
         for key in keys:
             self._key_queue.add((key, pressed_s))
         await self._handle_waiting()

@@ -1,9 +1,10 @@
-"""Orders on their way: sent once, followed to their result, and shown in the table over the screen."""
+"""Orders on their way: followed to their result, and shown in the table over the screen."""
 
+from collections.abc import Awaitable
 from typing import Any
 
 from tui_gcs.console.parts import ConsoleParts
-from tui_gcs.core.protocol.common import Request
+from tui_gcs.core.protocol.services import ServiceReply
 from tui_gcs.feed.notices import Severity
 from tui_gcs.feed.order_tracker import OrderTracker, Seen, SentOrder
 from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
@@ -18,28 +19,27 @@ _SEVERITIES = {Ink.WARNING: Severity.WARNING, Ink.CAUTION: Severity.CAUTION}
 
 
 class OrderResults:
-    """Sends orders and shows what comes of them."""
+    """Shows what comes of orders that were sent."""
 
     def __init__(self, parts: ConsoleParts) -> None:
         self._parts = parts
         self._tracker = OrderTracker(parts.feed, parts.clock, self._show)
         self._news_s = 0.0
 
-    def send(
+    def expect(
         self,
-        request: Request,
+        reply: Awaitable[ServiceReply],
         title: str,
         vehicles: tuple[int, ...] = (),
         left_out: dict[int, str] | None = None,
         *,
         seen: Seen | None = None,
         begins: bool = False,
-        tries: int = 1,
     ) -> None:
-        """Ask the station; see `OrderTracker.send`."""
+        """Show what becomes of an order that was sent; see `OrderTracker.follow`."""
         # By Textual's default an error in a worker ends the app: one order must not end the console.
         self._parts.app.run_worker(
-            self._tracker.send(request, title, vehicles, left_out, seen=seen, begins=begins, tries=tries),
+            self._tracker.follow(reply, title, vehicles, left_out, seen=seen, begins=begins),
             group="requests",
             exit_on_error=False,
         )

@@ -1,4 +1,4 @@
-"""Questions to the station from the console's event loop: sent at once and in the order of the calls, without threads.
+"""Answers of the station on the console's event loop: questions are sent at once, in the order of the calls.
 
 A link that lags delivers many keys at once: of *resume* and *hold*, given a millisecond apart, the hold arrives last.
 """
@@ -6,11 +6,11 @@ A link that lags delivers many keys at once: of *resume* and *hold*, given a mil
 import asyncio
 import contextlib
 
-from tui_gcs.core.protocol.bus import Bus, BusError
+from tui_gcs.core.protocol.bus import BusError, OnAnswer
 
 
-def begin(bus: Bus, key: str, payload: bytes, timeout_s: float, *, late: bool = False) -> asyncio.Future[bytes]:
-    """Send a question before returning. The future gets the answer, or `BusError`; see `Bus.begin` for `late`."""
+def awaited_answer(timeout_s: float) -> tuple[asyncio.Future[bytes], OnAnswer]:
+    """A future for the answer of one question, and what `Bus.begin` is to call with it; `BusError`: none came."""
     loop = asyncio.get_running_loop()
     answered: asyncio.Future[bytes] = loop.create_future()
     # Its asker may have given up by then: asyncio would log the error as never retrieved.
@@ -28,5 +28,4 @@ def begin(bus: Bus, key: str, payload: bytes, timeout_s: float, *, late: bool = 
         with contextlib.suppress(RuntimeError):  # the console may have ended: its loop is closed
             loop.call_soon_threadsafe(take, answer)
 
-    bus.begin(key, payload, on_answer, timeout_s, late=late)
-    return answered
+    return answered, on_answer

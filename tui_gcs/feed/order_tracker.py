@@ -1,12 +1,12 @@
-"""Orders on their way: sent to the station, and followed until every vehicle has its result."""
+"""Orders that were sent to the station, followed until every vehicle has its result."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.protocol.common import Freshness, Reply, ReplyCode, Request, VehicleRow
+from tui_gcs.core.protocol.common import Freshness, Reply, ReplyCode, VehicleRow
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.feed.feed import Feed
 
@@ -82,7 +82,7 @@ class SentOrder:
 
 
 class OrderTracker:
-    """Sends orders, and follows the newest and those before it that are not over or have failed."""
+    """Follows orders that were sent: the newest and those before it that are not over or have failed."""
 
     def __init__(self, feed: Feed, clock: Clock, on_news: Callable[[SentOrder], None]) -> None:
         """`on_news` is called with an order whenever it may stand differently."""
@@ -113,21 +113,19 @@ class OrderTracker:
                 if result.state is not OrderState.WAITING or id(result) in by_task or result.vehicle not in vehicles
             ]
 
-    async def send(
+    async def follow(
         self,
-        request: Request,
+        reply: Awaitable[ServiceReply],
         title: str,
         vehicles: Sequence[int] = (),
         left_out: Mapping[int, str] | None = None,
         *,
         seen: Seen | None = None,
         begins: bool = False,
-        tries: int = 1,
     ) -> None:
-        """Send an order for `vehicles`; without any, the station answers for which.
+        """Follow an order for `vehicles` whose reply is to come; without any, the station answers for which.
 
-        `left_out` has the vehicles that the console leaves out, and why. `seen` and `begins` are as in `SentOrder`. A
-        stop is repeated up to `tries` times until it is answered.
+        `left_out` has the vehicles that the console leaves out, and why. `seen` and `begins` are as in `SentOrder`.
         """
         order = SentOrder(
             title, [VehicleProgress(v, OrderState.WAITING, "sent") for v in vehicles], seen=seen, begins=begins
@@ -135,7 +133,7 @@ class OrderTracker:
         order.asked_s = self._clock.now()
         self.orders = [*(one for one in self.orders if not one.is_over), order][-MAX_FOLLOWED:]
         self._on_news(order)
-        self._take(order, await self._feed.requests.send(request, tries=tries))
+        self._take(order, await reply)
         self._replace_by(order)
         order.results += [VehicleProgress(v, OrderState.LEFT_OUT, why) for v, why in (left_out or {}).items()]
         self._on_news(order)

@@ -1,5 +1,7 @@
 """Requests of this console to the station, and their replies."""
 
+from collections.abc import Awaitable
+
 import msgspec
 
 from tui_gcs.core.protocol import bus as keys
@@ -18,7 +20,7 @@ from tui_gcs.core.protocol.services import (
     ServiceReply,
 )
 from tui_gcs.core.protocol.setup import GetTraffic
-from tui_gcs.feed.bus_questions import begin
+from tui_gcs.feed.bus_questions import awaited_answer
 from tui_gcs.feed.stop_requests import StopRequests
 
 NO_ANSWER = "the station does not answer"
@@ -61,27 +63,39 @@ class ConsoleRequests:
         self._stops = StopRequests(bus, self._key)
 
     async def send(self, request: wire.Request, *, tries: int = 1, timeout_s: float = 2.0) -> ServiceReply:
-        """Ask the station. A reply always comes back; `code` is NO_ANSWER or UNREADABLE if the station gave none.
+        """Ask the station, and wait for its reply; see `begin`."""
+        return await self.begin(request, tries=tries, timeout_s=timeout_s)
 
-        Stops are asked `tries` times (see `stop_requests`), everything else once.
+    def begin(self, request: wire.Request, *, tries: int = 1, timeout_s: float = 2.0) -> Awaitable[ServiceReply]:
+        """Ask the station before returning; what is returned gives the reply when it is awaited.
+
+        A reply always comes; `code` is NO_ANSWER or UNREADABLE if the station gave none. Stops are asked `tries` times
+        (see `stop_requests`), everything else once.
         """
         if self.read_only and not isinstance(request, READING):
-            return ServiceReply(ok=False, text=self.read_only)
-        try:
-            if isinstance(request, StopRequest):
-                answer = await self._stops.send(request, tries)
-            else:
-                if not isinstance(request, READING):
-                    # HOLD, resume, HOLD: the second HOLD must not join the first, for it comes after what it stops.
-                    self._stops.note_other_order()
-                answer = await begin(self._bus, self._key, wire.encode(request), timeout_s)
-            return wire.decode(answer, ServiceReply)
-        except BusError as error:
-            return ServiceReply(ok=False, text=f"{NO_ANSWER} ({error})", code=wire.ReplyCode.NO_ANSWER)
-        except msgspec.MsgspecError:
-            text = "the station's answer cannot be read: another version of tui-gcs?"
-            return ServiceReply(ok=False, text=text, code=wire.ReplyCode.UNREADABLE)
+            return _reply(ServiceReply(ok=False, text=self.read_only))
+        if isinstance(request, StopRequest):
+            return _reply(self._stops.begin(request, tries))
+        if not isinstance(request, READING):
+            # HOLD, resume, HOLD: the second HOLD must not join the first, for it comes after what it stops.
+            self._stops.note_other_order()
+        answer, on_answer = awaited_answer(timeout_s)
+        self._bus.begin(self._key, wire.encode(request), on_answer, timeout_s)
+        return _reply(answer)
 
     def close(self) -> None:
         """End the repetition of stops."""
         self._stops.close()
+
+
+async def _reply(answer: Awaitable[bytes] | ServiceReply) -> ServiceReply:
+    """The reply in an answer; one that says why there is none if the station gave none."""
+    if isinstance(answer, ServiceReply):
+        return answer
+    try:
+        return wire.decode(await answer, ServiceReply)
+    except BusError as error:
+        return ServiceReply(ok=False, text=f"{NO_ANSWER} ({error})", code=wire.ReplyCode.NO_ANSWER)
+    except msgspec.MsgspecError:
+        text = "the station's answer cannot be read: another version of tui-gcs?"
+        return ServiceReply(ok=False, text=text, code=wire.ReplyCode.UNREADABLE)

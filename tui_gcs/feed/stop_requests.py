@@ -7,7 +7,7 @@ vehicles that have obeyed a newer one.
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
 import msgspec
@@ -15,7 +15,7 @@ import msgspec
 from tui_gcs.core.protocol.base import StopRequest
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.common import encode
-from tui_gcs.feed.bus_questions import begin
+from tui_gcs.feed.bus_questions import awaited_answer
 
 EARLY_RETRY_S = 0.2
 """A question that fails before its time is asked again after this."""
@@ -51,8 +51,11 @@ class StopRequests:
         self._newest: _PendingStop | None = None
         """The one that the same stop, given again, joins."""
 
-    async def send(self, stop: StopRequest, tries: int) -> bytes:
-        """Return the station's answer. Raises `BusError`: none came within `tries`, or a newer stop took its place."""
+    def begin(self, stop: StopRequest, tries: int) -> Awaitable[bytes]:
+        """Send a stop before returning; what is returned gives the station's answer when it is awaited.
+
+        It raises `BusError`: none came within `tries`, or a newer stop took its place.
+        """
         # An operator who sees no effect presses again: forty presses must not become forty stops.
         pending = self._newest
         if pending is not None and pending.stop == stop:
@@ -64,12 +67,14 @@ class StopRequests:
             pending = self._newest = _PendingStop(stop, payload, tries)
             self._pending.append(pending)
             # Sent before anything else runs: what is ordered after it must not arrive before it.
-            first = self._begin(pending)
+            first, on_answer = awaited_answer(self._timeout_s)
+            self._bus.begin(self._key, payload, on_answer, self._timeout_s, late=True)
             pending.task = asyncio.get_running_loop().create_task(self._repeat(pending, first))
             # All callers may have given up by then: asyncio would log the error as never retrieved.
             pending.task.add_done_callback(lambda task: task.cancelled() or task.exception())
-        wait_s = tries * self._timeout_s
-        task = pending.task
+        return self._answer(pending.task, tries * self._timeout_s)
+
+    async def _answer(self, task: asyncio.Task[bytes] | None, wait_s: float) -> bytes:
         # Each caller waits for its own tries only: others may renew those of the shared task without end.
         if task is None or not (await asyncio.wait({task}, timeout=wait_s + SPARE_S))[0]:
             raise BusError(f"the station did not answer within {wait_s:.0f} s")
@@ -84,9 +89,6 @@ class StopRequests:
         for pending in self._pending:
             if pending.task is not None:
                 pending.task.cancel()
-
-    def _begin(self, pending: _PendingStop) -> asyncio.Future[bytes]:
-        return begin(self._bus, self._key, pending.payload, self._timeout_s, late=True)
 
     async def _repeat(self, pending: _PendingStop, question: asyncio.Future[bytes]) -> bytes:
         loop = asyncio.get_running_loop()
@@ -108,7 +110,8 @@ class StopRequests:
                         raise BusError(f"the station did not answer within {pending.sent * self._timeout_s:.0f} s")
                     pending.sent += 1
                     try_ends_s = loop.time() + self._timeout_s
-                question = self._begin(pending)
+                question, on_answer = awaited_answer(self._timeout_s)
+                self._bus.begin(self._key, pending.payload, on_answer, self._timeout_s, late=True)
         finally:
             self._pending.remove(pending)
             if self._newest is pending:

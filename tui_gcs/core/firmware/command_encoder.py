@@ -158,13 +158,15 @@ class CommandEncoder:
         self, vehicle: int, permission: SetpointPermission, point_m: Vec3, home_amsl_m: float = math.nan
     ) -> None:
         """Set-point: be at `point_m` (ENU, z above home). With `home_amsl_m` it is sent as above mean sea level."""
-        self._target(vehicle, permission, c.POSITION_ONLY, point_m, STILL, home_amsl_m=home_amsl_m)
+        target = self._target(c.POSITION_ONLY, point_m, STILL, home_amsl_m=home_amsl_m)
+        self._uplink.setpoint(vehicle, permission, **target)
 
     def position_velocity(
         self, vehicle: int, permission: SetpointPermission, point_m: Vec3, velocity_m_s: Vec3
     ) -> None:
         """Set-point: be at `point_m`, moving with `velocity_m_s` (east, north, up)."""
-        self._target(vehicle, permission, c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
+        target = self._target(c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
+        self._uplink.setpoint(vehicle, permission, **target)
 
     def position_velocity_acceleration(
         self,
@@ -176,13 +178,12 @@ class CommandEncoder:
         home_amsl_m: float = math.nan,
     ) -> None:
         """Set-point: as `position_velocity`, with the acceleration (east, north, up) of its motors."""
-        self._target(
-            vehicle, permission, c.ALL_BUT_YAW, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m=home_amsl_m
-        )
+        target = self._target(c.ALL_BUT_YAW, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m=home_amsl_m)
+        self._uplink.setpoint(vehicle, permission, **target)
 
     def velocity(self, vehicle: int, permission: SetpointPermission, velocity_m_s: Vec3) -> None:
         """Set-point: move with `velocity_m_s` (east, north, up)."""
-        self._target(vehicle, permission, c.VELOCITY_ONLY, (0.0, 0.0, 0.0), velocity_m_s)
+        self._uplink.setpoint(vehicle, permission, **self._target(c.VELOCITY_ONLY, (0.0, 0.0, 0.0), velocity_m_s))
 
     def degrees(self, point_m: Vec3) -> tuple[float, float]:
         """Latitude and longitude of an ENU place."""
@@ -191,32 +192,29 @@ class CommandEncoder:
 
     def _target(
         self,
-        vehicle: int,
-        permission: SetpointPermission,
         type_mask: int,
         point_m: Vec3,
         velocity_m_s: Vec3,
         feed_forward_m_s2: Vec3 = STILL,
         home_amsl_m: float = math.nan,
-    ) -> None:
+    ) -> dict[str, float]:
+        """The fields of a SET_POSITION_TARGET_GLOBAL_INT."""
         lat_deg, lon_deg = self.degrees(point_m)
         above_sea = math.isfinite(home_amsl_m)
         east, north, up = velocity_m_s
-        self._uplink.setpoint(
-            vehicle,
-            permission,
-            time_boot_ms=0,
-            coordinate_frame=c.FRAME_GLOBAL_INT if above_sea else c.FRAME_RELATIVE_ALT_INT,
-            type_mask=type_mask,
-            lat_int=round(lat_deg * 1e7),
-            lon_int=round(lon_deg * 1e7),
-            alt=point_m[2] + home_amsl_m if above_sea else point_m[2],
-            vx=north,
-            vy=east,
-            vz=-up,
-            afx=feed_forward_m_s2[1],
-            afy=feed_forward_m_s2[0],
-            afz=-feed_forward_m_s2[2],
-            yaw=0,
-            yaw_rate=0,
-        )
+        return {
+            "time_boot_ms": 0,
+            "coordinate_frame": c.FRAME_GLOBAL_INT if above_sea else c.FRAME_RELATIVE_ALT_INT,
+            "type_mask": type_mask,
+            "lat_int": round(lat_deg * 1e7),
+            "lon_int": round(lon_deg * 1e7),
+            "alt": point_m[2] + home_amsl_m if above_sea else point_m[2],
+            "vx": north,
+            "vy": east,
+            "vz": -up,
+            "afx": feed_forward_m_s2[1],
+            "afy": feed_forward_m_s2[0],
+            "afz": -feed_forward_m_s2[2],
+            "yaw": 0,
+            "yaw_rate": 0,
+        }

@@ -121,7 +121,8 @@ class Executive:
             if flight is None or why:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif ordered or not self._firmware.of(vehicle).acts_by_itself(vehicle):
-                results.append(self._hold_one(vehicle, flight, now, by=by, ordered=ordered))
+                results.append(self._enter_hold(vehicle, flight, now, ordered=ordered))
+                self._commands.submit(self._steering.hold_action(vehicle, by=by, ordered=ordered))
                 flight.stays = flight.stays or (stays if vehicles else "")
         if not vehicles and self.run is not RunPhase.IDLE:
             # A hold of named vehicles does not end the run of the others.
@@ -446,9 +447,13 @@ class Executive:
             self._events.report(EventClass.MISSION, f"vehicle {flight.vehicle}", text, ALERT)
             self._hold_one(vehicle, flight, now)
 
-    def _hold_one(
-        self, vehicle: Vehicle, flight: Flight, now: float, *, by: str = STATION, ordered: bool = True
-    ) -> VehicleResult:
+    def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float, *, by: str = STATION) -> VehicleResult:
+        result = self._enter_hold(vehicle, flight, now)
+        self._commands.submit(self._steering.hold_action(vehicle, by=by))
+        return result
+
+    def _enter_hold(self, vehicle: Vehicle, flight: Flight, now: float, *, ordered: bool = True) -> VehicleResult:
+        """Cancel what the vehicle does, and change its phase; its hold is to be submitted next."""
         self._commands.cancel(vehicle.id)
         flight.stays = flight.own_activity()
         starting = flight.phase is Phase.ARMING or flight.step is HoldStep.START_CANCELLED
@@ -460,7 +465,6 @@ class Executive:
             step, text = HoldStep.TOUCHED_DOWN, "has touched down"
         flight.enter(Phase.HOLDING, now, step)
         flight.held_by_station = not ordered
-        self._steering.hold(vehicle, by=by, ordered=ordered)
         return VehicleResult(vehicle=vehicle.id, ok=True, text=text)
 
     def _give_to_planner(self, flight: Flight, now: float) -> None:

@@ -26,6 +26,7 @@ from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import TrackingMonitor, reference_when
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING
+from tui_gcs.core.uplink.actions import VehicleAction
 
 AT_REST_M_S = 1.0
 """A braking vehicle slower than this is treated as standing."""
@@ -139,7 +140,11 @@ class Steering:
         )
 
     def hold(self, vehicle: Vehicle, *, by: str = STATION, ordered: bool = True) -> None:
-        """Stop a vehicle and repeat that until telemetry shows it at rest. A hold is never judged.
+        """Stop a vehicle at once; see `hold_action`."""
+        self._commands.submit(self.hold_action(vehicle, by=by, ordered=ordered))
+
+    def hold_action(self, vehicle: Vehicle, *, by: str = STATION, ordered: bool = True) -> VehicleAction:
+        """What stops a vehicle and is repeated until telemetry shows it at rest. A hold is never judged.
 
         `by` ordered it, for the journal. With `ordered` False no operator asked for it: it is then not sent while the
         vehicle's own failsafe flies it.
@@ -158,7 +163,7 @@ class Steering:
                     send_copy(copy)
 
             action.send = send_unless_in_failsafe
-        self._commands.submit(action)
+        return action
 
     def blocked(
         self, flight: Flight, vehicle: Vehicle, counts: Callable[[Vehicle], bool] = lambda vehicle: True

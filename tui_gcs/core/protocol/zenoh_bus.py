@@ -9,6 +9,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
@@ -48,6 +50,20 @@ def connect_later(socket: Path) -> "ZenohBus":
         "open/return_conditions/connect_scouted": "false",
     }
     return ZenohBus(_open("peer", settings, f"connect to {socket}"))
+
+
+def _is_over(until: bytes) -> bool:
+    """Whether the asker of a question was told that nobody answers: it must not be done after that.
+
+    `until` is a time of this machine's monotonic clock; of a question that does not say one (a stop) never.
+    """
+    with contextlib.suppress(ValueError):
+        return time.monotonic() > float(until)
+    return False
+
+
+def _nothing() -> None:
+    """What is no question needs no end."""
 
 
 def _endpoints(socket: Path) -> str:
@@ -146,13 +162,7 @@ class ZenohBus:
                 query.reply(key_asked, data)
                 query.drop()
 
-            def take() -> None:
-                if _is_over(until):  # who asked was told that nobody answers: it must not happen after that
-                    query.drop()
-                else:
-                    on_question(key_asked, payload, reply)
-
-            self._deliver(take)
+            self._deliver(partial(on_question, key_asked, payload, reply), until, query.drop)
 
         # Not by a thread of Python's in between: a stop must not wait for one more thread to be woken.
         return self._hold(self.session.declare_queryable(key, Callback(handle, indirect=False)))
@@ -186,16 +196,20 @@ class ZenohBus:
         self._held.append(Registration(undeclare))
         return self._held[-1]
 
-    def _deliver(self, call: Callable[[], None]) -> None:
-        """Run a callback: here and now, on a thread of Zenoh's."""
-        call()
+    def _deliver(self, call: Callable[[], None], until: bytes = b"", drop: Callable[[], None] = _nothing) -> None:
+        """Run a callback here and now, on a thread of Zenoh's; or `drop` it if it came later than `until`."""
+        (drop if _is_over(until) else call)()
 
 
-def _is_over(until: bytes) -> bool:
-    """Whether a question came too late; one that does not say until when never does."""
-    with contextlib.suppress(ValueError):
-        return time.monotonic() > float(until)
-    return False
+@dataclass(frozen=True)
+class Arrival:
+    """What came over the bus, and waits for its owner's thread."""
+
+    call: Callable[[], None]
+    until: bytes
+    """Until when its asker waits, see `_is_over`."""
+    drop: Callable[[], None]
+    """Called instead when that time has passed."""
 
 
 class QueuedBus(ZenohBus):
@@ -205,17 +219,18 @@ class QueuedBus(ZenohBus):
         """Take over the session of `bus`; `wake` is called from any thread when something waits."""
         super().__init__(bus.session)
         self._wake = wake
-        self._pending: deque[Callable[[], None]] = deque()
+        self._pending: deque[Arrival] = deque()
 
     def run_pending(self) -> int:
         """Run what arrived; how much that was."""
         # Only what waits now: handlers may add more, and the loop must get its turn.
         count = len(self._pending)
         for _ in range(count):
-            self._pending.popleft()()
+            arrival = self._pending.popleft()
+            (arrival.drop if _is_over(arrival.until) else arrival.call)()
         return count
 
-    def _deliver(self, call: Callable[[], None]) -> None:
-        """Have the owner's thread run the callback."""
-        self._pending.append(call)
+    def _deliver(self, call: Callable[[], None], until: bytes = b"", drop: Callable[[], None] = _nothing) -> None:
+        """Have the owner's thread run the callback, or `drop` it."""
+        self._pending.append(Arrival(call, until, drop))
         self._wake()

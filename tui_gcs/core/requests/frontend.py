@@ -5,7 +5,8 @@ from typing import Any
 
 from tui_gcs.core.preflight.checklist import PreflightChecklist
 from tui_gcs.core.preflight.readiness import Readiness
-from tui_gcs.core.protocol.common import PreviewResult, Reply
+from tui_gcs.core.protocol.bus import OnQuestion
+from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.protocol.preflight import Check
 from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.request_router import RequestRouter
@@ -33,9 +34,10 @@ class Frontend:
         """The principal of the newest command."""
         return self.requests.in_control
 
-    def answer(self, principal: str, payload: bytes) -> Reply:
-        """Do what the encoded request asks, or reply why not."""
-        return self.requests.answer(principal, payload)
+    @property
+    def on_question(self) -> OnQuestion:
+        """Answers a question of the bus: does what it asks, or replies why not."""
+        return self.requests.answer
 
     def take_preview(self, worker: str, result: PreviewResult) -> None:
         """Take what a planner worker found out about an edited scenario."""

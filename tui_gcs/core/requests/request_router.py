@@ -3,6 +3,8 @@
 The principal comes from the bus key, never from the payload (docs/architecture.md, "Who owns what").
 """
 
+from collections.abc import Callable
+
 import msgspec
 
 from tui_gcs.core.protocol import common as m
@@ -40,8 +42,23 @@ class RequestRouter:
             **self._vehicle_tasks.handlers(),
         }
 
-    def answer(self, principal: str, payload: bytes) -> Reply:
-        """Do what is asked, or reply why not."""
+    def answer(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
+        """Do what the principal of `key` asks, and reply what became of it, or why it was not done."""
+        principal = key.rsplit("/", 1)[1]
+        found = self._handler_of(principal, payload)
+        if isinstance(found, Reply):
+            reply(m.encode(found))
+            return
+        handler, request = found
+        if handler.access is Access.COMMAND:
+            self.in_control = principal  # before the handler runs: what it publishes names the new holder already
+        answer = handler.answer(principal, request)
+        if handler.access is Access.COMMAND and handler.is_journalled:
+            self._journal(principal, request, answer)
+        reply(m.encode(answer))
+
+    def _handler_of(self, principal: str, payload: bytes) -> tuple[RequestHandler, m.Request] | Reply:
+        """The handler of an encoded request, and the request; or the reply that refuses it."""
         try:
             request = s.decode_request(payload)
         except msgspec.MsgspecError as error:
@@ -51,12 +68,7 @@ class RequestRouter:
         handler = self.handlers[type(request)]
         if handler.access is not Access.LOOK and principal.startswith("planner-"):
             return Reply(ok=False, text="a planner worker may not command")
-        if handler.access is Access.COMMAND:
-            self.in_control = principal  # before the handler runs: what it publishes names the new holder already
-        reply = handler.answer(principal, request)
-        if handler.access is Access.COMMAND and handler.is_journalled:
-            self._journal(principal, request, reply)
-        return reply
+        return handler, request
 
     def _journal(self, principal: str, request: m.Request, reply: Reply) -> None:
         """Report what was asked and what became of it."""

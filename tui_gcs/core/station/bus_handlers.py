@@ -1,7 +1,5 @@
 """What the station does when something arrives unasked: an acknowledgement, a reboot, a plan, a request."""
 
-from collections.abc import Callable
-
 import msgspec
 
 from tui_gcs.core.base.run_kind import RunKind
@@ -11,7 +9,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.team_controller import TeamController
 from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.protocol import bus as keys
-from tui_gcs.core.protocol.common import EventClass, PlannerInfo, PreviewResult, TeamPlan, decode, encode
+from tui_gcs.core.protocol.common import EventClass, PlannerInfo, PreviewResult, TeamPlan, decode
 from tui_gcs.core.protocol.plan_limits import too_large
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.station.assembly import StationParts
@@ -26,8 +24,7 @@ class BusHandlers:
     """Handles events of the fleet and samples of the bus, and passes each on to the parts that depend on it."""
 
     def __init__(self, parts: StationParts) -> None:
-        self.frontend: StationFrontend | None = None
-        """Answers requests; None: none is answered, and the asker's time runs out."""
+        self._frontend: StationFrontend | None = None
         self._parts = parts
         self._own = SYSTEM_ID[parts.config.kind]
         self._fleet, self._comms = parts.picture.fleet, parts.comms
@@ -47,8 +44,12 @@ class BusHandlers:
         self._parts.picture.trust.on_change.append(self._on_keys)
         self._bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
         self._bus.subscribe(keys.PREVIEW.format(team="*"), self._on_preview)
-        self._bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
         self._bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
+
+    def attach(self, frontend: StationFrontend) -> None:
+        """Answer requests by `frontend` from now on; before, nothing answers them."""
+        self._frontend = frontend
+        self._bus.answer(keys.REQUEST.format(principal="*"), frontend.on_question)
 
     def _on_ack(self, vehicle: Vehicle, fields: Fields) -> None:
         commands, now = self._comms.commands, self._parts.records.clock.now()
@@ -137,12 +138,8 @@ class BusHandlers:
         except msgspec.MsgspecError:
             self._parts.conditions.dropped["preview not understood"] += 1
             return
-        if self.frontend is not None:
-            self.frontend.take_preview(key.split("/")[2], result)
-
-    def _on_question(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
-        if self.frontend is not None:
-            reply(encode(self.frontend.answer(key.rsplit("/", 1)[1], payload)))
+        if self._frontend is not None:
+            self._frontend.take_preview(key.split("/")[2], result)
 
     def _on_alive(self, key: str, present: bool) -> None:
         principal = key.rsplit("/", 1)[1]

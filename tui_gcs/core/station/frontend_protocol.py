@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from tui_gcs.core.protocol.common import PreviewResult, Reply
+from tui_gcs.core.protocol.bus import OnQuestion
+from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.protocol.preflight import Check
 
 
@@ -18,8 +19,9 @@ class StationFrontend(Protocol):
         """The principal of the newest command; "" before the first."""
         ...
 
-    def answer(self, principal: str, payload: bytes) -> Reply:
-        """Do what the encoded request `payload` of `principal` asks, or reply why not."""
+    @property
+    def on_question(self) -> OnQuestion:
+        """Answers a question of the bus: does what it asks, or replies why not."""
         ...
 
     def take_preview(self, worker: str, result: PreviewResult) -> None:

@@ -62,7 +62,8 @@ class Station:
 
     def attach(self, frontend: StationFrontend) -> None:
         """Answer requests by `frontend` from now on, and publish what it knows with the status."""
-        self.frontend = self.publisher.frontend = self._handlers.frontend = frontend
+        self.frontend = self.publisher.frontend = frontend
+        self._handlers.attach(frontend)
 
     @property
     def waiting(self) -> bool:

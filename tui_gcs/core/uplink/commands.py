@@ -111,7 +111,12 @@ class CommandService:
             action.doubtful = past is not None and past.unanswered and now - past.ended_s < AMBIGUOUS_S
         # Dicts keep their order: actions of a vehicle run in order of submission.
         self._pending.setdefault(action.vehicle, {})[action.name] = action
-        self._run(action, None)
+        if action.retry is RetryClass.STOP:
+            # It waits for nothing, because what it could wait for was cancelled.
+            self._send_copy(action, now)
+            action.next_s = now + action.retry.gap_s
+        else:
+            self._run(action, None)
 
     def cancel(
         self, vehicle: int, name: str | None = None, *, keep_stops: bool = False, housekeeping: bool = False
@@ -266,8 +271,6 @@ class CommandService:
         """Send the next copy if it is due, or end the action if there is none left."""
         if now < action.next_s - 1e-9 or self._waits_its_turn(action, now):
             return
-        if not action.sent:
-            action.first_s = now
         last = action.retry.copies
         if _is_start_too_late(action, now):
             # A start that was held up is not sent late: the operator does not expect it any more.
@@ -311,6 +314,8 @@ class CommandService:
         action.next_s = now + action.retry.slow_gap_s
 
     def _send_copy(self, action: VehicleAction, now: float) -> None:
+        if not action.sent:
+            action.first_s = now
         action.send(action.sent)
         action.sent += 1
         self.ack_matcher.sent(action, now)

@@ -6,7 +6,7 @@ transfers, which are many, one summary line a second. A stop goes over every pat
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
@@ -111,11 +111,11 @@ class Uplink:
         if targets or signed:
             self._recorder.write(self._clock.steady_wall(), frame)
         for number, (vehicle, path) in enumerate(signed, 1):
-            self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame), HEARTBEAT)
+            self._put([(path.source.link, path.source.address)], self._trust.signed(vehicle, frame), HEARTBEAT)
             if number % HEARTBEATS_AT_ONCE == 0:
                 yield
         for number, (link, address) in enumerate(sorted(targets, key=str), 1):
-            self._put(link, address, frame, HEARTBEAT)
+            self._put([(link, address)], frame, HEARTBEAT)
             if number % HEARTBEATS_AT_ONCE == 0:
                 yield
         yield
@@ -131,7 +131,7 @@ class Uplink:
 
         See `SigningRegistry.due_time_frames`.
         """
-        self._put(source.link, source.address, heartbeat, HEARTBEAT)
+        self._put([(source.link, source.address)], heartbeat, HEARTBEAT)
 
     def action(self, vehicle_id: int, order: Order, name: str, **fields: Any) -> str:
         """Have the guard judge an order, journal it, send it as the message `name`; "" or why not."""
@@ -143,7 +143,8 @@ class Uplink:
         if vehicle is None or isinstance(permission, str) or why:
             return self._refuse(vehicle_id, name, why)
         self._journal_order(vehicle_id, order, name, fields)
-        return self._send(vehicle_id, permission, name, fields)
+        self._put(self._ways(vehicle, permission), self._frame(vehicle, name, fields), permission)
+        return ""
 
     def foreign(self, vehicle_id: int, raw: bytes, order: Order) -> str:
         """Pass on another station's frame, unchanged, if the guard lets it. Returns "" or why not.
@@ -168,7 +169,7 @@ class Uplink:
             return why
         # A foreign frame is recorded as it goes out, with its own sender.
         self._recorder.write(self._clock.steady_wall(), raw)
-        self._put_to(vehicle, raw, permission)
+        self._put(self._ways(vehicle, permission), raw, permission)
         return ""
 
     def give_key(self, vehicle: Vehicle, key: SigningKey) -> str:
@@ -191,7 +192,7 @@ class Uplink:
             secret_key=list(key.secret),
             initial_timestamp=ticks(self._clock.wall()),
         )
-        self._put(vehicle.link, vehicle.address, self._trust.signed(vehicle, frame), permission)
+        self._put([(vehicle.link, vehicle.address)], self._trust.signed(vehicle, frame), permission)
         return ""
 
     def setpoint(self, vehicle_id: int, permission: SetpointPermission, **fields: Any) -> None:
@@ -200,19 +201,22 @@ class Uplink:
         A stop is journalled whenever its reason or its place is new.
         """
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        why = vehicle.why_not_commanded if vehicle is not None else ""
+        why = self._why_no_target(vehicle, SETPOINT, fields)
+        if vehicle is not None and not why:
+            why = vehicle.why_not_commanded
         if isinstance(permission, Verdict) and not permission.ok:
             why = f"vetoed: {permission.text}"
-        if why:
+        if vehicle is None or why:
             self._refuse(vehicle_id, "set-point", why)
-        elif not self._send(vehicle_id, permission, SETPOINT, fields):
-            self._setpoints[vehicle_id] += 1
-            if not isinstance(permission, StopReason):
-                self._stop_places.pop(vehicle_id, None)
-            elif self._stop_places.get(vehicle_id) != (permission, fields):
-                self._stop_places[vehicle_id] = permission, fields
-                order = Order(permission.what, OrderClass.STOP, permission.by)
-                self._journal_order(vehicle_id, order, SETPOINT, fields)
+            return
+        self._put(self._ways(vehicle, permission), self._frame(vehicle, SETPOINT, fields), permission)
+        self._setpoints[vehicle_id] += 1
+        if not isinstance(permission, StopReason):
+            self._stop_places.pop(vehicle_id, None)
+        elif self._stop_places.get(vehicle_id) != (permission, fields):
+            self._stop_places[vehicle_id] = permission, fields
+            order = Order(permission.what, OrderClass.STOP, permission.by)
+            self._journal_order(vehicle_id, order, SETPOINT, fields)
 
     def transfer(self, vehicle_id: int, what: str, name: str, **fields: Any) -> bool:
         """Send a part of a transfer whose beginning was an `action` (plan items, file blocks); whether it left.
@@ -257,11 +261,9 @@ class Uplink:
         if self._links[path.source.link].spec.high_latency:
             return
         vehicle.identity.version_requested_s = self._clock.now()
-        frame = self._encode(
-            vehicle, "COMMAND_LONG", {"command": 512, "confirmation": 0, "param1": message} | NO_MORE_PARAMETERS
-        )
-        self._recorder.write(self._clock.steady_wall(), frame)
-        self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame), Question("COMMAND_LONG"))
+        fields = {"command": 512, "confirmation": 0, "param1": message} | NO_MORE_PARAMETERS
+        frame = self._frame(vehicle, "COMMAND_LONG", fields)
+        self._put([(path.source.link, path.source.address)], frame, Question("COMMAND_LONG"))
 
     def _permission(self, vehicle: Vehicle, order: Order) -> Permission | str:
         """The permission of an order to `vehicle`, or why it must not leave."""
@@ -291,32 +293,36 @@ class Uplink:
         why = self._why_no_target(vehicle, name, fields)
         if vehicle is None or why:
             return self._refuse(vehicle_id, name, why)
-        frame = self._encode(vehicle, name, fields)
-        self._recorder.write(self._clock.steady_wall(), frame)
-        self._put_to(vehicle, self._trust.signed(vehicle, frame), permission)
+        self._put(self._ways(vehicle, permission), self._frame(vehicle, name, fields), permission)
         return ""
 
-    def _put_to(self, vehicle: Vehicle, frame: bytes, permission: Permission) -> None:
-        """Send over the path in use; a stop over all of them."""
+    def _ways(self, vehicle: Vehicle, permission: Permission) -> list[tuple[str, Address]]:
+        """Link and address of the path in use; of all of them for a stop."""
         # The path in use may have lost its way up without showing it.
         stops = isinstance(permission, StopReason)
-        for path in vehicle.stop_paths(self._clock.now()) if stops else (vehicle.path,):
-            self._put(path.source.link, path.source.address, frame, permission)
+        paths = vehicle.stop_paths(self._clock.now()) if stops else (vehicle.path,)
+        return [(path.source.link, path.source.address) for path in paths]
 
-    def _encode(self, vehicle: Vehicle, name: str, fields: dict[str, Any]) -> bytes:
-        """Encode for the vehicle's autopilot, unless `fields` name another component of it (a camera, a gimbal)."""
+    def _frame(self, vehicle: Vehicle, name: str, fields: dict[str, Any]) -> bytes:
+        """Encode, record and sign a message for the vehicle.
+
+        It is for its autopilot, unless `fields` name another component of it (a camera, a gimbal).
+        """
         layout = dialect.layout_named(name)
         if layout is not None and layout.target_system_at >= 0:
             # Never to system 0: an order to all systems would reach vehicles of other teams.
             fields = {"target_component": vehicle.component} | fields | {"target_system": vehicle.system}
-        return self._encoder.encode(name, **fields)
+        frame = self._encoder.encode(name, **fields)
+        self._recorder.write(self._clock.steady_wall(), frame)
+        return self._trust.signed(vehicle, frame)
 
-    def _put(self, link: str, address: Address, frame: bytes, permission: Permission) -> None:
-        """Send a frame. This is the only call of `Link.send` towards vehicles, and it needs a permission."""
-        if self._links[link].spec.high_latency and frame[7:10] == HEARTBEAT_ID:
-            return
-        self._links[link].send(frame, address)
-        self.sent += 1
+    def _put(self, ways: Iterable[tuple[str, Address]], frame: bytes, permission: Permission) -> None:
+        """Send a frame over each way. This is the only call of `Link.send` to vehicles; it needs a permission."""
+        for link, address in ways:
+            if self._links[link].spec.high_latency and frame[7:10] == HEARTBEAT_ID:
+                continue
+            self._links[link].send(frame, address)
+            self.sent += 1
 
     def _refuse(self, vehicle_id: int, name: str, why: str) -> str:
         """Count and report a frame that was not sent: nothing meant for a vehicle is lost silently. Returns `why`."""

@@ -61,7 +61,7 @@ class ManualControlScreen(ModalScreen[None]):
         vehicles: tuple[int, ...],
         feed: Feed,
         ask: Callable[[Request], None],
-        hold: Callable[[Request, str], None],
+        hold: Callable[[Hold, str], None],
         clock: Clock,
         glyphs: GlyphSet,
     ) -> None:
