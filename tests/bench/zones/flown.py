@@ -6,7 +6,7 @@ import math
 import sys
 import tempfile
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import msgspec
@@ -14,6 +14,7 @@ import numpy as np
 
 from tests.bench.zones.baseline import boustrophedon_worst_s
 from tests.bench.zones.scenarios import RandomScenario, random_scenario
+from tests.bench.zones.vetoes import VetoRecord, recorded
 from tui_gcs.cli.files.check_lines import AUTOPILOTS
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.firmware.registry import off_course_m
@@ -54,6 +55,8 @@ class ZoneFigures:
     vetoes: float | None = None
     separation: float | None = None
     problem: str = ""
+    why: list[str] = field(default_factory=list)
+    """A line for each veto."""
 
     @property
     def share(self) -> float:
@@ -116,7 +119,17 @@ def fly(figures: ZoneFigures, drawn: RandomScenario, scenario: Scenario) -> None
     """Rehearse the scenario and add what was flown."""
     with tempfile.TemporaryDirectory(prefix="zones") as folder:
         conditions = FlightConditions(autopilots=drawn.autopilot)
-        result, problem = rehearse(scenario, drawn.toml, Path(folder), lambda _share, _text: None, conditions, rounds=1)
+        with recorded(record := VetoRecord()):
+            result, problem = rehearse(
+                scenario,
+                drawn.toml,
+                Path(folder),
+                lambda _share, _text: None,
+                conditions,
+                rounds=1,
+                watch=lambda bus, _referee: record.listen(bus),
+            )
+    figures.why = [veto.line() for veto in record.vetoes]
     (r,) = result.rounds
     checks = {check.name: check for check in result.checks}
     figures.flown_s, figures.coverage = r.worst_idleness_s, r.coverage
@@ -140,6 +153,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="number of the first scenario")
     parser.add_argument("--no-flights", action="store_true", help="previews and baseline only")
+    parser.add_argument("--vetoes", type=int, default=3, help="so many vetoes of a zone are printed")
     parser.add_argument("--json", type=Path)
     chosen = parser.parse_args(arguments)
     warm_up()
@@ -154,7 +168,7 @@ def main(arguments: list[str]) -> int:
         drawn = random_scenario(chosen.seed, number)
         figures = _measured(drawn, flights=not chosen.no_flights)
         found.append(figures)
-        print(line(figures), flush=True)
+        print("\n".join([line(figures), *figures.why[: chosen.vetoes]]), flush=True)
         if chosen.json:
             data = {"seed": chosen.seed, "zones": [asdict(f) | {"broken": f.broken} for f in found]}
             chosen.json.write_text(json.dumps(data, indent=1))

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import shapely
 
-from tests.planner.rigs.flights import region_of, zone_of
+from tests.planner.rigs.flights import AREA, no_fly, region_of, zone_of
+from tests.planner.rigs.guarded import refusals
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 from tui_gcs.core.protocol.planning import cells_of
 from tui_gcs.planner.patrol.lane_tours import best_lane_tours, lane_tour
@@ -49,6 +50,17 @@ def test_the_first_plan_sees_all_that_can_be_seen_and_keeps_the_margin(
         assert wall is not None and isinstance(zone.shape, Circle)
         nearest_m = float(shapely.distance(wall, shapely.points(design.tour.xy_m)).min()) - zone.shape.radius_m
         assert nearest_m > 5.0 + 0.3
+
+
+def test_what_is_sent_of_a_tour_round_a_no_fly_zone_passes_the_guard() -> None:
+    """Set-points are shifted along the acceleration, which points at the zone that a vehicle flies round."""
+    mast, around = no_fly(Circle((300.0, 200.0), 12.0)), np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    site = site_in(FIELD, (mast,))
+    ring = np.array([300.0, 200.0]) + (12.0 + 5.5 + 1.0) * np.stack([np.cos(around), np.sin(around)], axis=1)
+    tour = site.timed(site.draft("ring", ring))
+    twice = np.tile(tour.xy_m, (2, 1)), np.tile(tour.velocity_m_s, (2, 1))
+    assert refusals(*twice, tour.dt_s, AREA, (mast,)) == []
+    assert tour.period_s < 80.0
 
 
 def test_lanes_see_all_cells_whatever_the_shape() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.planner.rigs.flights import AREA, no_fly, region_of, zone_of
+from tests.planner.rigs.guarded import refusals
 from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import Tour, resampled, timed
@@ -61,6 +62,16 @@ def test_a_transit_goes_around_a_no_fly_zone() -> None:
     region, tour = region_of(ZONE, AREA, (closed,)), oval()
     transit = plan_transit(0.0, np.array([100.0, 200.0]), np.zeros(2), tour, 0.0, MOBILITY, region)
     assert_good(transit, tour, 0.0, region)
+
+
+@pytest.mark.parametrize("start", [(180.0, 195.0), (240.0, 140.0), (262.0, 268.0), (150.0, 330.0)])
+def test_what_is_sent_of_a_way_beside_a_no_fly_zone_passes_the_guard(start: tuple[float, float]) -> None:
+    closed = no_fly(Circle((300.0, 200.0), 40.0))
+    region, tour = region_of(ZONE, AREA, (closed,)), oval()
+    for phase_s in np.linspace(0.0, tour.period_s, 8):
+        transit = plan_transit(0.0, np.array(start), np.zeros(2), tour, float(phase_s), MOBILITY, region)
+        assert transit is not None
+        assert refusals(transit.xy_m, transit.velocity_m_s, STEP_S, AREA, (closed,)) == []
 
 
 def test_the_shortest_way_turns_at_corners() -> None:

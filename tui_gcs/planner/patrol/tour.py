@@ -68,6 +68,12 @@ class Tour:
         return float(np.hypot(self.velocity_m_s[:, 0], self.velocity_m_s[:, 1]).max())
 
     @cached_property
+    def accel_m_s2(self) -> Floats:
+        """(k, 2) accelerations."""
+        velocity = self.velocity_m_s
+        return np.asarray((np.roll(velocity, -1, axis=0) - np.roll(velocity, 1, axis=0)) / (2.0 * self.dt_s))
+
+    @cached_property
     def top_way_m_s(self) -> float:
         """The highest mean speed between two samples."""
         return float(np.hypot(*np.diff(self.xy_m, axis=0, append=self.xy_m[:1]).T).max()) / self.dt_s

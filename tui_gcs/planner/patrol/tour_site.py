@@ -37,6 +37,12 @@ LOOP_M = 4.0
 """Radius of the loop over what is seen from one place."""
 DETOUR_STEP_M = 5.0
 """Spacing of points of a way round an obstacle."""
+SLOWER_ROUNDS = 4
+"""Times that a tour is timed again, slower where the guard would not let it pass."""
+SLOWER_AROUND_M = 1.0
+"""A place that is flown slower is slower this far around it."""
+MIN_SHARE = 0.2
+"""Smallest factor by which a place is flown slower at once."""
 EVENED_M = 0.1
 """Distance by which averaging may move a tour away from a cell."""
 
@@ -151,7 +157,15 @@ class TourSite:
         """Return the draft as a tour with its exact time law."""
         motion = self.motion
         path = self.region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
-        return timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, self.region))
+        cap_m_s = _stopping_cap(path, motion, self.region)
+        tour = timed(path, motion.speed_m_s, motion.accel_m_s2, cap_m_s)
+        for _ in range(SLOWER_ROUNDS):
+            share = self.region.sendable_share(tour.xy_m, tour.velocity_m_s, tour.accel_m_s2, motion.accel_m_s2)
+            if (share == 1.0).all():
+                break
+            cap_m_s = np.minimum(cap_m_s, _slower_cap(path, tour, share))
+            tour = timed(path, motion.speed_m_s, motion.accel_m_s2, cap_m_s)
+        return tour
 
     def judged(self, draft: TourDraft, n: int) -> TourDesign:
         """Return the draft as a tour with what `n` vehicles achieve on it."""
@@ -216,6 +230,14 @@ def _stopping_cap(path: Floats, motion: TourLimits, region: FlyableRegion) -> Fl
     stop_m = motion.speed_m_s**2 / (2.0 * motion.accel_m_s2) + 1.0
     room = region.room_ahead_m(path, ahead, stop_m)
     return np.asarray(np.sqrt(2.0 * motion.accel_m_s2 * np.maximum(room - 0.5, 0.2)))
+
+
+def _slower_cap(path: Floats, tour: Tour, share: Floats) -> Floats:
+    """Return speed limits (m,) along the path (m, 2): `share` (k,) of the tour's own where that is less than 1."""
+    slower = share < 1.0
+    wanted_m_s = np.maximum(share, MIN_SHARE)[slower] * np.hypot(*tour.velocity_m_s[slower].T)
+    away_m, which = nearest(tour.xy_m[slower], path)
+    return np.where(away_m <= SLOWER_AROUND_M, wanted_m_s[which], np.inf)
 
 
 def _rim(cells: Floats, cell_m: float) -> Floats:

@@ -35,6 +35,8 @@ MAX_TRANSIT_S = 600.0
 """Longer transits are given up."""
 CORNER_SPEED_M_S = 3.0
 """Speed at the corners of a way around obstacles."""
+TURN_SHARES = (1.0, 0.5, 0.25, 0.0)
+"""Shares of the acceleration towards the aim that are tried where the whole of it would not pass the guard."""
 SLOWER_SHARE = 0.999
 """On a tour no faster than this share of the vehicle's speed, a place that can be met can be met at any later time,
 too."""
@@ -113,7 +115,7 @@ def plan_transit(
 
     Return None if there is none within `MAX_TRANSIT_S`, or only one through a no-fly zone.
     """
-    flight = _PointMass(xy_m, velocity_m_s, mobility)
+    flight = _PointMass(xy_m, velocity_m_s, mobility, region)
     meeting = _Rendezvous(xy_m, tour, phase_s, mobility)
     aim, corner, near_s = xy_m, False, 0.0
     for step in range(round(MAX_TRANSIT_S / STEP_S)):
@@ -135,8 +137,8 @@ def plan_transit(
 class _PointMass:
     """The simulated point mass and its way so far."""
 
-    def __init__(self, xy_m: Floats, velocity_m_s: Floats, mobility: Mobility) -> None:
-        self._mobility = mobility
+    def __init__(self, xy_m: Floats, velocity_m_s: Floats, mobility: Mobility, region: FlyableRegion) -> None:
+        self._mobility, self._region = mobility, region
         self.xy = (float(xy_m[0]), float(xy_m[1]))
         self.velocity = (float(velocity_m_s[0]), float(velocity_m_s[1]))
         speed = math.hypot(*self.velocity)
@@ -157,11 +159,23 @@ class _PointMass:
         ax, ay = dx * scale - vx, dy * scale - vy
         change = math.hypot(ax, ay)
         share = min(1.0, accel * STEP_S / change) if change > 0.0 else 0.0
+        share *= self._turn_share(share * ax / STEP_S, share * ay / STEP_S)
         new = (vx + share * ax, vy + share * ay)
         self.xy = (self.xy[0] + (vx + new[0]) / 2 * STEP_S, self.xy[1] + (vy + new[1]) / 2 * STEP_S)
         self.velocity = new
         self._way.append(self.xy)
         self._speeds.append(new)
+
+    def _turn_share(self, ax: float, ay: float) -> float:
+        """Return the largest share of an acceleration that passes the guard; all of it where not even none would.
+
+        Beside a no-fly zone a vehicle turns later and wider, as what is sent is shifted along its acceleration.
+        """
+        for share in TURN_SHARES:
+            accel = (share * ax, share * ay)
+            if self._region.is_sendable(self.xy, self.velocity, accel, self._mobility.accel_m_s2):
+                return share
+        return 1.0
 
     def transit(self, t_s: float, ending: tuple[Floats, Floats]) -> Transit:
         """Return the way so far with the manoeuvre that ends it."""
@@ -260,7 +274,10 @@ def _manoeuvre(
         jerk = (end[i] - begin[i]) / duration
         xy = p0 + v0 * at + begin[i] * at**2 / 2 + jerk * at**3 / 6
         velocity = v0 + begin[i] * at + jerk * at**2 / 2
+        accel = begin[i] + jerk * at
         keeps_speed = np.hypot(*velocity.T).max() <= mobility.speed_m_s
-        if keeps_speed and region.can_stop(xy, velocity, mobility.accel_m_s2).all():
+        # What the vehicle does now is sent, too, with the acceleration of what comes.
+        states = np.vstack([p0, xy]), np.vstack([v0, velocity]), np.vstack([begin[i], accel])
+        if keeps_speed and region.are_sendable(*states, mobility.accel_m_s2).all():
             return xy, velocity
     return None
