@@ -15,8 +15,8 @@ from sitl.launch.fleet import IntruderSpec, SensorSpec, WorldSpec
 from tests.bench.guardian import AREA, FAR_M, GOALS, INTRUDER_M_S, MIDDLE, WITHIN_S, ZONE
 from tests.bench.row import Row
 from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.judging.mission_script import Script
-from tui_gcs.core.judging.referee import FlightResult
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import Scenario, Team
 from tui_gcs.rehearsal.lock_step import LockStep

@@ -11,8 +11,8 @@ from tests.core.rigs.rig import Rig, scenario, toml
 from tui_gcs.cli import preflight, rehearse
 from tui_gcs.cli.main import main
 from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.judging.mission_script import Script, Step
-from tui_gcs.core.judging.referee import FlightResult
 from tui_gcs.core.judging.result_check import ResultCheck
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import bus as keys

@@ -18,7 +18,7 @@ from tests.hostile.test_framing import raw_frame
 from tui_gcs.cli.flights.metric_files import events_csv
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.judging.flight_record import RecordedEvent
-from tui_gcs.core.judging.referee import FlightResult
+from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.mavlink.message_definitions import FieldDefinition

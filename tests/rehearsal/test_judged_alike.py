@@ -7,7 +7,7 @@ import pytest
 
 from tui_gcs.cli.common import read_scenario
 from tui_gcs.cli.planner.check_flights import flown_scenario, shipped
-from tui_gcs.core.judging.referee import FlightResult
+from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.scenario.model import Scenario, ScenarioTask
 from tui_gcs.planner.check.subject import checked_planner
 from tui_gcs.rehearsal.rehearse import rehearse

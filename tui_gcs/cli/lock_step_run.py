@@ -26,7 +26,8 @@ from tui_gcs.cli.sim_fleet import weather_of, world_of
 from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
-from tui_gcs.core.judging.referee import FlightResult, Referee
+from tui_gcs.core.judging.flight_result import FlightResult
+from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import PlannerInfo
 from tui_gcs.core.scenario.model import Scenario

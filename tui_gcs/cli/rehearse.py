@@ -11,7 +11,8 @@ from tui_gcs.cli.lock_step_run import read_request
 from tui_gcs.cli.result_table import report, written
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
-from tui_gcs.core.judging.referee import FlightResult, Referee
+from tui_gcs.core.judging.flight_result import FlightResult
+from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import FLEET, Bus
 from tui_gcs.core.protocol.common import decode
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, plan_digest, remember

@@ -7,7 +7,7 @@ import msgspec
 
 from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.judging.referee import FlightResult, RoundResult
+from tui_gcs.core.judging.flight_result import FlightResult, RoundResult
 from tui_gcs.core.protocol.metric_names import seen_pct
 
 NAME_WIDTH = 9

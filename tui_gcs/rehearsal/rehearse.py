@@ -7,9 +7,10 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.judging.incursions import Incursions
 from tui_gcs.core.judging.mission_script import Script
-from tui_gcs.core.judging.referee import FlightResult, Referee
+from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import FLEET, STATUS, Bus
 from tui_gcs.core.protocol.common import FleetFrame, Phase, StationStatus, decode
 from tui_gcs.core.scenario.model import Scenario

@@ -351,7 +351,7 @@ def test_one_that_was_replaced_is_told_nothing_any_more() -> None:
     watch = in_flight(1)
     watch.executive.land((1,))
     watch.orders(1)
-    watch.executive.replaced(watch.vehicle(1))
+    watch.executive.losses.replaced(watch.vehicle(1))
     assert watch.flight(1).step is TakenOut.REPLACED
     assert watch.run(3.0).orders(1) == [] and watch.flight(1).phase is Phase.TAKEN_OUT
 

@@ -11,8 +11,9 @@ from tests.core.judging.test_referee import FAR, IDS, frame, status
 from tests.core.rigs.rig import scenario
 from tui_gcs.core.judging.incursions import Incursions
 from tui_gcs.core.judging.metric_log import MAX_SAMPLES, MetricLog, gate_problems
-from tui_gcs.core.judging.referee import Referee, cover_bound_s
+from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.judging.result_check import ResultCheck
+from tui_gcs.core.judging.zone_measure import cover_bound_s
 from tui_gcs.core.protocol.common import PlannerInfo, StationStatus
 from tui_gcs.core.protocol.planning import JudgedBy, Metric
 from tui_gcs.core.scenario.model import Scenario

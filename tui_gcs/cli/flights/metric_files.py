@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tui_gcs.cli.result_table import written
-from tui_gcs.core.judging.referee import FlightResult
+from tui_gcs.core.judging.flight_result import FlightResult
 
 METRIC_COLUMNS = ("round", "team", "metric", "unit", "t_s", "value")
 EVENT_COLUMNS = ("t_s", "round", "kind", "subject", "vehicle", "text")

@@ -11,8 +11,8 @@ import msgspec
 import numpy as np
 
 from tui_gcs.cli.common import read_scenario
+from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.judging.mission_script import Script, Step
-from tui_gcs.core.judging.referee import FlightResult
 from tui_gcs.core.judging.result_check import ResultCheck
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import (

@@ -4,6 +4,9 @@ Start: every vehicle climbs in its own column to its own layer; none moves sidew
 Return: each flies on its layer to above its take-off place; none descends before all of its group are there, then they
 land one after the other. Groups never come near each other (`scenario/vehicle_conflicts`), so none waits for another.
 A hold comes first: it interrupts everything and is never queued.
+
+The steps of a start are in `start_controller`, those of a return in `return_home`; how a vehicle gets LOST or leaves
+its mode, and what it does when it is back, is in `vehicle_loss`.
 """
 
 import math
@@ -14,46 +17,23 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import IN_THE_AIR, ArmingStep, Flight, HoldStep, KeptOrder, Lost, TakenOut
 from tui_gcs.core.flight.landing_check import is_down, landing_words
-from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M, ReturnController
+from tui_gcs.core.flight.return_home import ReturnController
+from tui_gcs.core.flight.start_controller import StartController
 from tui_gcs.core.flight.steering import Steering
+from tui_gcs.core.flight.vehicle_loss import Comeback, VehicleLossController
 from tui_gcs.core.guard.permission import STATION
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING
-from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
-PREARM_WAIT_S = 15.0
-"""Pre-arm checks may depend on the mode, which was just changed: they have this long to pass."""
-SYS_STATUS = 1
-"""Message id; SYS_STATUS carries the result of the pre-arm checks."""
-CHECKS_SETTLE_S = 1.0
-"""Autopilots run their checks once a second, and SYS_STATUS reports what the last ones found."""
-PREARM_ANSWER_S = 2.0
-"""How long a vehicle that was asked for its pre-arm reasons has to answer; unasked it reports them every 30 s only."""
-MIN_CLIMB_M_S = 0.5
-"""The slowest climb that is waited for. Autopilots ship with more: WPNAV_SPEED_UP 2.5, MPC_TKO_SPEED 1.5."""
-CLIMB_RESERVE_S = 30.0
-"""Added to the time of the climb: motors spool up, and the last metre is flown slowly."""
 RESUME_WITHIN_S = 10.0
 """A restarted station lets vehicles go on by itself only this long; then an operator must resume them."""
-MAX_SILENCE_S = 2.0
-"""A vehicle heard within this time whose position is stale has lost its position only; a silent one is left to become
-LOST."""
 HELD_BY_NAME = "was held by name"
 """Default of `Flight.stays` after a hold of named vehicles."""
-LEFT_REASON_WITHIN_S = 6.0
-"""A vehicle that leaves its mode by a failsafe reports the reason this shortly before (PX4 holds for 3 s before it
-leaves)."""
-_STEERED = (Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
-"""In these phases a hold that is under way is the guard's or the planner's doing, not an operator's."""
 RETURN, LAND = "return", "land"
 """What a `KeptOrder` is."""
-MISSION_ORDERS = ("mission start", "mission continue")
-"""Names of the actions that start the mission on board."""
-OUT_MODE_GRACE_S = 3.0
-"""A mode change that the station asked for may show in the heartbeat this much later."""
 
 
 class Executive:
@@ -70,8 +50,8 @@ class Executive:
         self._fleet, self._flights, self._firmware = services.fleet, services.flights, services.firmware
         self._commands, self._events, self._clock = services.commands, services.events, services.clock
         self._steering = steering
-        self._in_mission_s: dict[int, float] = {}
-        """When each vehicle that flies its mission on board was last seen to do so."""
+        self._starts = StartController(services, self._end_start)
+        self.losses = VehicleLossController(services)
         self.return_control = ReturnController(services, steering, speed_m_s)
 
     def start(self, vehicles: tuple[int, ...]) -> None:
@@ -82,10 +62,7 @@ class Executive:
         self.run = RunPhase.STARTING
         self._flights.group_by(self._fleet.vehicles)
         for vehicle_id in vehicles:
-            flight = self._flights.by_id[vehicle_id]
-            flight.enter(Phase.ARMING, now, ArmingStep.SET_MODE)
-            vehicle = self._fleet.vehicles[vehicle_id]
-            self._commands.submit(self._firmware.of(vehicle).prepare(vehicle, self._on_step))
+            self._starts.begin(self._flights.by_id[vehicle_id], self._fleet.vehicles[vehicle_id])
 
     def hold(
         self,
@@ -300,9 +277,9 @@ class Executive:
         """
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
-            self._fail_start(flight, "heard from another address", self._clock.now())
+            self._starts.give_up(flight, "heard from another address")
         elif flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT):
-            self._take_out(flight, vehicle, Lost(flight.phase), self._clock.now())
+            self.losses.take_out(flight, vehicle, Lost(flight.phase), self._clock.now())
             # Stops go on: they are sent over all paths.
             self._commands.cancel(vehicle.id, keep_stops=True)
 
@@ -310,30 +287,7 @@ class Executive:
         """Its autopilot has rebooted: a start under way is over."""
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
-            self._fail_start(flight, "rebooted", self._clock.now())
-
-    def replaced(self, vehicle: Vehicle) -> None:
-        """Another vehicle uses its id now: that one is not this station's to steer, wherever the first one may be."""
-        flight = self._flights.get(vehicle.id)
-        if flight is not None and flight.phase is not Phase.GROUND:
-            self._take_out(flight, vehicle, TakenOut.REPLACED, self._clock.now())
-            # Its lag belongs to the vehicle that it was.
-            flight.tracking = None
-            self._commands.cancel(vehicle.id)
-
-    def give_up(self, vehicle: Vehicle, why: str) -> None:
-        """Take a vehicle in an emergency out of the mission: it gets no more set-points, and others keep clear."""
-        flight = self._flights.get(vehicle.id)
-        # Motors that were stopped by order let it fall, which is no news.
-        if flight is not None and flight.step is TakenOut.MOTORS_STOPPED:
-            return
-        taken_out = flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT)
-        text = f"EMERGENCY: {why}" + (": taken out of the mission" if taken_out else "")
-        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT)
-        if flight is not None and flight.phase is not Phase.GROUND:
-            self._take_out(flight, vehicle, TakenOut.EMERGENCY, self._clock.now())
-            flight.left_reason = why
-            self._commands.cancel(vehicle.id, keep_stops=True)
+            self._starts.give_up(flight, "rebooted")
 
     def tick(self) -> None:
         """Move every flight on by what telemetry shows."""
@@ -351,7 +305,12 @@ class Executive:
     def _follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         self._carry_out_kept(flight, vehicle, now)
         if flight.phase is Phase.ARMING:
-            self._follow_arming(flight, vehicle, now)
+            if vehicle.freshness(now) is Freshness.LOST:
+                text = "not started: not heard any more"
+                self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT)
+                self.losses.check(flight, vehicle, now)
+            else:
+                self._starts.follow_arming(flight, vehicle, now)
         # The heartbeat before the change of phase may still be the newest.
         elif flight.phase in IN_THE_AIR and not vehicle.telemetry.armed and now - flight.since_s > 1.0:
             self._touch_down(flight, vehicle, now)
@@ -359,15 +318,16 @@ class Executive:
             self._find_in_the_air(flight, vehicle, now)
         elif flight.phase is Phase.TAKEN_OUT:
             self._take_back(flight, vehicle, now)
-            self._watch_mission(flight, vehicle, now)
+            self.losses.watch_mission(flight, vehicle, now)
         elif flight.phase in IN_THE_AIR:
-            if self._notice_loss(flight, vehicle, now):
+            if self.losses.check(flight, vehicle, now):
                 return
             left_ground = flight.step is HoldStep.START_CANCELLED and vehicle.telemetry.airborne
             if left_ground or (flight.step is HoldStep.TOUCHED_DOWN and not is_down(vehicle)):
                 flight.step = None  # it had left the ground already: a hold like any other
             if flight.phase is Phase.TAKEOFF:
-                self._follow_climb(flight, vehicle, now)
+                if self._starts.follow_climb(flight, vehicle, now):
+                    self._hold_without_run(now)
             elif flight.phase is Phase.RETURNING:
                 self.return_control.follow(flight, vehicle, now)
 
@@ -384,68 +344,8 @@ class Executive:
             self.run = RunPhase.IDLE
             self._events.report(EventClass.MISSION, "station", "all landed and disarmed", NOTICE)
 
-    def _on_step(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
-        """An action of a start has ended: begin the next one, or give the start up."""
-        flight = self._flights.get(action.vehicle)
-        now = self._clock.now()
-        if flight is None or flight.phase is not Phase.ARMING or outcome is Outcome.SUPERSEDED:
-            return
-        if outcome is not Outcome.CONFIRMED:
-            self._fail_start(flight, f"{action.name} {outcome.value}" + (f": {why}" if why else ""), now)
-        elif action.name == "arm":
-            flight.go_to_step(ArmingStep.TAKE_OFF, now)
-            vehicle = self._fleet.vehicles[flight.vehicle]
-            self._commands.submit(self._firmware.of(vehicle).take_off(vehicle, flight.layer_m, self._on_step))
-        elif action.name == "take-off":
-            flight.enter(Phase.TAKEOFF, now)
-        else:
-            flight.go_to_step(ArmingStep.PREARM, now)
-
-    def _follow_arming(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        firmware = self._firmware.of(vehicle)
-        if vehicle.freshness(now) is Freshness.LOST:
-            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
-            self._notice_loss(flight, vehicle, now)
-        elif flight.step in (ArmingStep.PREARM, ArmingStep.PREARM_REASONS) and self._checks_pass(flight, vehicle, now):
-            # Taken at the moment of arming: there its autopilot counts heights from.
-            flight.home_m = vehicle.telemetry.position_m
-            flight.go_to_step(ArmingStep.ARM, now)
-            self._commands.submit(firmware.arm(vehicle, self._on_step))
-        elif flight.step is ArmingStep.PREARM and now - flight.since_s > PREARM_WAIT_S:
-            flight.go_to_step(ArmingStep.PREARM_REASONS, now)
-            if (question := firmware.request_prearm_reasons(vehicle)) is not None:
-                self._commands.submit(question)
-        elif flight.step is ArmingStep.PREARM_REASONS and now - flight.since_s > PREARM_ANSWER_S:
-            # ArduPilot repeats its pre-arm texts every 30 s.
-            reasons = "; ".join(vehicle.reasons_since(now - 35.0)) or "it does not say why"
-            self._fail_start(flight, f"pre-arm checks do not pass: {reasons}", now)
-
-    def _checks_pass(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
-        """Whether its own checks pass in the mode it will arm in."""
-        told_s = now - vehicle.silent_s(SYS_STATUS, now)
-        # What it reported for the mode before does not count: ArduCopter reports success in STABILIZE long before
-        # it has a position.
-        settled = told_s > flight.since_s + CHECKS_SETTLE_S or flight.step is ArmingStep.PREARM_REASONS
-        return settled and vehicle.telemetry.prearm_ok and self._firmware.of(vehicle).is_prepared(vehicle)
-
-    def _fail_start(self, flight: Flight, why: str, now: float) -> None:
-        self._events.report(EventClass.MISSION, f"vehicle {flight.vehicle}", f"not started: {why}", ALERT)
-        self._hold_one(self._fleet.vehicles[flight.vehicle], flight, now)
-
-    def _follow_climb(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """Watch the climb to its layer, where it waits for the others.
-
-        After a hold the climb is a course that the guard judges.
-        """
-        by_hand = math.isfinite(flight.manual_alt_m)
-        wanted_m = flight.manual_alt_m if by_hand else flight.layer_m
-        if abs(vehicle.telemetry.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
-            flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, HoldStep.READY)
-            self._hold_without_run(now)
-        elif now - flight.since_s > CLIMB_RESERVE_S + wanted_m / MIN_CLIMB_M_S:
-            text = f"does not reach its layer: holds, {vehicle.telemetry.alt_rel_m:.0f} of {wanted_m:.0f} m high"
-            self._events.report(EventClass.MISSION, f"vehicle {flight.vehicle}", text, ALERT)
-            self._hold_one(vehicle, flight, now)
+    def _end_start(self, vehicle: Vehicle, flight: Flight) -> None:
+        self._hold_one(vehicle, flight, self._clock.now())
 
     def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float, *, by: str = STATION) -> VehicleResult:
         result = self._enter_hold(vehicle, flight, now)
@@ -475,111 +375,44 @@ class Executive:
         x, y, _ = self._steering.stop_place(vehicle)
         flight.course = PositionTarget((x, y, flight.layer_m), self.return_control.speed_m_s)
 
-    def _notice_loss(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
-        """Take a vehicle out that is LOST, has no position, or left the mode it is steered in.
-
-        Returns whether it was taken out.
-
-        Stops are still repeated, set-points are not: it follows its own failsafe, which was shown before the start.
-        """
-        freshness = vehicle.freshness(now)
-        # Heard without a position: it can neither be steered nor kept clear of others.
-        blind = freshness is Freshness.STALE and now - vehicle.last_heard_s < MAX_SILENCE_S
-        if blind or freshness is Freshness.LOST:
-            by_hand = flight.phase is Phase.BY_HAND or math.isfinite(flight.manual_alt_m)
-            before = Phase.BY_HAND if by_hand else Phase.FLYING if flight.step is HoldStep.READY else flight.phase
-            if blind:
-                text = "NO POSITION for 3 s: taken out of the mission"
-                self._events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT)
-            self._take_out(flight, vehicle, Lost(before), now)
-            self._commands.cancel(vehicle.id, keep_stops=True)
-            return True
-        firmware = self._firmware.of(vehicle)
-        checks = {Phase.LANDING: firmware.is_landing, Phase.HOLDING: firmware.is_holding}
-        # A hold for a veto is no operator's order, and is not repeated against a failsafe: the failsafe goes on.
-        by_itself = (flight.held_by_station or flight.phase in _STEERED) and firmware.acts_by_itself(vehicle)
-        stopping = self._commands.stopping(vehicle.id) and not by_itself
-        # While a stop is being repeated its mode may still be the old one.
-        settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
-        if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
-            return False
-        self._report_left(vehicle, "its mode", now)
-        self._take_out(flight, vehicle, TakenOut.MODE_LEFT, now)
-        flight.left_reason = self._left_reason(vehicle, now)
-        self._commands.cancel(vehicle.id)
-        return True
-
-    def _watch_mission(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """A vehicle that this station let fly its mission, and that leaves it without an order of ours, has left."""
-        firmware = self._firmware.of(vehicle)
-        if flight.step is not TakenOut.ON_BOARD or vehicle.freshness(now) is not Freshness.OK:
-            return
-        pending = any(self._commands.pending(vehicle.id, name) for name in MISSION_ORDERS)
-        if pending or firmware.flies_mission(vehicle) or not vehicle.telemetry.airborne:
-            self._in_mission_s[vehicle.id] = now
-        elif now - max(self._in_mission_s.get(vehicle.id, -math.inf), flight.since_s) > OUT_MODE_GRACE_S:
-            self._report_left(vehicle, "its mission", now)
-            flight.go_to_step(TakenOut.MODE_LEFT, now)
-            flight.left_reason = self._left_reason(vehicle, now)
-
-    def _left_reason(self, vehicle: Vehicle, now: float) -> str:
-        """Why a vehicle left its mode: its own words, or the stations that were heard commanding it; "" if unknown."""
-        words = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
-        return words or self._fleet.other_stations.words(vehicle, now)
-
-    def _report_left(self, vehicle: Vehicle, what: str, now: float) -> None:
-        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-        reason = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
-        stations = self._fleet.other_stations.words(vehicle, now)
-        text = f"left {what} (now {mode}): taken out of the mission" + (f"; it reported: {reason}" if reason else "")
-        text += f"; {stations}" if stations and not reason else ""
-        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
-
-    def _take_out(self, flight: Flight, vehicle: Vehicle, step: TakenOut | Lost, now: float) -> None:
-        """From now on nothing is sent to the vehicle unless an operator orders it."""
-        flight.enter(Phase.TAKEN_OUT, now, step)
-        self._firmware.of(vehicle).release(vehicle)
-
     def _engage(self, vehicle: Vehicle) -> None:
         """Put it into the mode in which it takes set-points, if it is not there."""
         if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
             self._commands.submit(order)
 
     def _take_back(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """A lost vehicle is heard again: it goes on with what it did if that is still wanted, else it holds."""
-        if not isinstance(flight.step, Lost) or vehicle.freshness(now) is not Freshness.OK:
+        """A lost vehicle is heard again: carry out what `VehicleLossController.comeback` decides."""
+        comeback = self.losses.comeback(flight, vehicle, self.run, self.resume_found)
+        if comeback is None:
             return
-        if not (vehicle.telemetry.airborne and vehicle.identity.identified):
-            return
-        before, kept = flight.step.before, flight.kept
-        # Off its layer it could cross others on the way to its course.
-        on_layer = abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
-        firmware = self._firmware.of(vehicle)
-        steerable = firmware.is_steerable(vehicle)
-        ready = self.run is RunPhase.RUNNING and steerable and on_layer
-        if before is Phase.LANDING and (firmware.is_landing(vehicle) or self._commands.stopping(vehicle.id)):
+        kept, text, severity = flight.kept, "", WARNING
+        if comeback is Comeback.LANDS:
             flight.enter(Phase.LANDING, now)
-        elif before is Phase.RETURNING and steerable:
+        elif comeback is Comeback.RETURNS:
             self._return_one(flight, vehicle, True, now, flight.ordered_by)
-        elif self.resume_found and steerable and not flight.stays:
+        elif comeback is Comeback.RESUMES:
             self._give_to_planner(flight, now)
             self.run = RunPhase.STARTING
             text = "found in the air: goes on, as the scenario allows"
-            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
-        elif before in (Phase.FLYING, Phase.TAKEOFF) and ready:
+        elif comeback is Comeback.REJOINS:
             flight.enter(Phase.FLYING, now)
-            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
+            text, severity = "is back in its team", NOTICE
         else:
-            flight.stays = flight.own_activity()
-            found = before is None
-            flight.enter(Phase.HOLDING, now, HoldStep.FOUND if found else None)
-            if steerable and not found and not self._commands.stopping(vehicle.id):
-                self._steering.hold(vehicle)
-            text = "is back and holds: resume to take it in again"
-            if found:
-                text = "found in the air: nothing is sent to it until resume or return"
-            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+            text = self._hold_again(flight, vehicle, comeback, now)
+        if text:
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, severity)
         flight.kept = kept  # it was ordered after what the vehicle did before
+
+    def _hold_again(self, flight: Flight, vehicle: Vehicle, comeback: Comeback, now: float) -> str:
+        """Hold a vehicle that is back, if it can be steered, and leave one that was found as it is; the event text."""
+        flight.stays = flight.own_activity()
+        if comeback is Comeback.FOUND:
+            flight.enter(Phase.HOLDING, now, HoldStep.FOUND)
+            return "found in the air: nothing is sent to it until resume or return"
+        flight.enter(Phase.HOLDING, now)
+        if self._firmware.of(vehicle).is_steerable(vehicle) and not self._commands.stopping(vehicle.id):
+            self._steering.hold(vehicle)
+        return "is back and holds: resume to take it in again"
 
     def _find_in_the_air(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """Take in a vehicle in the air that this station did not start, as one that was lost; see `_take_back`."""

@@ -184,7 +184,7 @@ def _flight(config: StationConfig, flight_services: FlightServices) -> FlightPar
         manual_control,
         FollowController(flight_services, manual_control),
         FleetMonitor(flight_services.guard, flight_services.flights),
-        EmergencyMonitor(flight_services.flights, executive.give_up),
+        EmergencyMonitor(flight_services.flights, executive.losses.declare_emergency),
         CourseMonitor(flight_services),
         MissionSeparation(flight_services, steering, executive.hold_for_separation),
         BatteryReturnController(flight_services, config.scenario.battery, executive),

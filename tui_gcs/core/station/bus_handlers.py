@@ -77,7 +77,7 @@ class BusHandlers:
     def _on_replace(self, vehicle: Vehicle) -> None:
         self._comms.rates.forget(vehicle)
         self._comms.firmware.forget(vehicle)
-        self._parts.flight.executive.replaced(vehicle)
+        self._parts.flight.executive.losses.replaced(vehicle)
 
     def _on_gone(self, vehicle: Vehicle) -> None:
         self._comms.firmware.forget(vehicle)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, PositionInterpolator, serving
 from tui_gcs.core.geometry.zones import Zone
-from tui_gcs.core.judging.referee import GROUND_M
+from tui_gcs.core.judging.flight_measure import GROUND_M
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus

@@ -3,8 +3,8 @@
 import math
 from html import escape
 
+from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.judging.metric_log import MetricSeries
-from tui_gcs.core.judging.referee import FlightResult
 from tui_gcs.core.protocol.metric_names import metric_words
 from tui_gcs.rehearsal.report.html_table import number, table
 from tui_gcs.rehearsal.report.svg import COLOURS, ChartLine, chart

@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tui_gcs.core.geometry.zones import bounds, outline_m
-from tui_gcs.core.judging.referee import FlightResult, RoundResult
+from tui_gcs.core.judging.flight_result import FlightResult, RoundResult
 from tui_gcs.core.judging.result_check import ResultCheck
 from tui_gcs.core.protocol.common import JournalEvent
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
