@@ -14,7 +14,7 @@ from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plans.model import LAND, PlanItem
 from tui_gcs.core.protocol.common import ReplyCode, Request, VehicleResult
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo, UploadPlan
-from tui_gcs.feed import plan_transfers
+from tui_gcs.feed import task_requests
 from tui_gcs.feed.plan_transfers import PlanTransfer, PlanTransfers
 from tui_gcs.feed.requests import NO_ANSWER, ConsoleRequests
 from tui_gcs.feed.transfer_pace import TransferPace
@@ -37,7 +37,7 @@ class PaperStation:
 
 @pytest.fixture(autouse=True)
 def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan_transfers, "LOOK_S", 0.0)
+    monkeypatch.setattr(task_requests, "LOOK_S", 0.0)
 
 
 def sent(answer: Callable[[Request], ServiceReply]) -> tuple[PlanTransfer, list[str]]:

@@ -117,6 +117,18 @@ def _link_words(link: "LinkStatus") -> str:
     return f"{link.name}{network}  {'up' if link.up else 'DOWN'}  {', '.join([traffic, *parts])}"
 
 
+def count_lines(status: "StationStatus") -> list[str]:
+    """Return a line for each kind of count since the start that is not empty, the largest number first."""
+    from tui_gcs.core.base.text import clean
+
+    counts = {"faults": status.faults, "guard vetoes": status.vetoes, "received, not used": status.dropped}
+    return [
+        f"{what}: " + ", ".join(f"{n:,} {clean(why)}" for why, n in sorted(of.items(), key=lambda item: -item[1]))
+        for what, of in counts.items()
+        if of
+    ]
+
+
 def _error_lines(team: "TeamStatus") -> list[str]:
     """Return what a team's planner reported when it failed."""
     lines = team.error.splitlines()
@@ -148,6 +160,7 @@ def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     lines += [f"{t.planner} of {t.name}: {'; '.join(all_words(t.metrics))}" for t in status.teams if t.metrics]
     lines += [f"link {_link_words(link)}" for link in status.links]
     lines += [f"forward {_link_words(link)}" for link in status.forward]
+    lines += count_lines(status)
     lines += [
         f"{row.id:>4} {row.team:<10} {row.mode:<10} {'armed' if row.armed else '-':<6}{row.phase:<10} "
         f"{row.position_m[2]:7.1f} m {row.battery_pct:4.0f} % {row.freshness:<6} {row.signing}"

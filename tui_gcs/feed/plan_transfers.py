@@ -11,24 +11,21 @@ from dataclasses import dataclass, field
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plans.model import PlanKind, PlanWord
-from tui_gcs.core.protocol.common import ReplyCode, Request
+from tui_gcs.core.protocol.base import VehicleRequest
+from tui_gcs.core.protocol.common import ReplyCode
 from tui_gcs.core.protocol.services import (
     CancelTask,
     DownloadPlan,
-    GetTaskResult,
-    GetTasks,
-    ServiceReply,
     TaskInfo,
     UploadPlan,
 )
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 from tui_gcs.feed.requests import ConsoleRequests
-from tui_gcs.feed.task_requests import LOOK_S, SILENT_S, is_same_task
+from tui_gcs.feed.task_requests import TaskOutcome, carry_out
 from tui_gcs.feed.transfer_pace import TransferPace, all_words, steps_of
 
 # The fence is held before there is a mission to fly (docs/threats.md D.4).
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
-NOBODY_KNOWS = "its result is not known"
 _WORDS: dict[PlanKind, PlanWord] = {
     PlanKind.MISSION: "mission",
     PlanKind.FENCE: "fence",
@@ -51,8 +48,6 @@ class PlanTransfer:
     """What is sent, or what was read."""
     text: str = ""
     """What the station answered at the end."""
-    is_unknown: bool = False
-    """Whether the station may have carried it out although nothing was heard of it."""
     part: TransferPace = field(default_factory=TransferPace)
     """Pace of the plan that is on its way now."""
     steps_over: int = 0
@@ -137,16 +132,14 @@ class PlanTransfers:
             if not plan.items or transfer.over:
                 continue
             request = UploadPlan((transfer.vehicle,), _WORDS[kind], plan_rows(plan))
-            info = await self._carry_out(transfer, request, f"{kind.word} to it")
-            if info is None or info.state != "done":
+            outcome = await self._carry_out(transfer, request, f"{kind.word} to it")
+            if not outcome.ok:
                 left = [k.word for k in ORDER[ORDER.index(kind) + 1 :] if transfer.plans.items(k)]
                 also = f"; {' and '.join(left)} not sent" if left else ""
                 held = f" ({' and '.join(done)} held)" if done else ""
-                self._end(
-                    transfer, False, f"{kind.word} {_outcome(transfer, info)}{held}: {_why(transfer, info)}{also}"
-                )
+                self._end(transfer, False, f"{kind.word} {_whether_on_board(outcome)}{held}: {outcome.text}{also}")
                 return
-            done.append(kind.word + (f" ({info.text})" if info.text else ""))
+            done.append(kind.word + (f" ({outcome.text})" if outcome.text else ""))
             transfer.steps_over += steps_of([len(plan.items)])
             transfer.part = TransferPace()
         self._end(transfer, True, f"{', '.join(done)} on board, read back" if done else "nothing planned, nothing sent")
@@ -156,52 +149,32 @@ class PlanTransfers:
             if transfer.over:
                 return
             request = DownloadPlan((transfer.vehicle,), _WORDS[kind])
-            info = await self._carry_out(transfer, request, f"{kind.word} from it")
-            if info is None or info.state != "done":
-                self._end(transfer, False, f"{kind.word} not read: {_why(transfer, info)}")
-                return
-            reply = await self._requests.send(GetTaskResult(info.number))
-            rows = reply.result.plan if isinstance(reply, ServiceReply) and reply.result is not None else None
-            if rows is None:
-                self._end(transfer, False, f"{kind.word} not read: {reply.text or 'the station has forgotten it'}")
+            outcome = await self._carry_out(transfer, request, f"{kind.word} from it")
+            rows = outcome.result.plan if outcome.result is not None else None
+            if not outcome.ok or rows is None:
+                why = outcome.text if not outcome.ok else "the station has forgotten it"
+                self._end(transfer, False, f"{kind.word} not read: {why}")
                 return
             transfer.plans = transfer.plans.with_items(kind, plan_of(kind, rows).items)
         plans = transfer.plans
         words = f"{len(plans.mission)} items, fence {len(plans.fence)}, rally {len(plans.rally)}"
         self._end(transfer, True, f"it holds {words}")
 
-    async def _carry_out(self, transfer: PlanTransfer, request: Request, what: str) -> TaskInfo | None:
-        """Send a request and follow its task to the end; None if it was refused or is unknown: `transfer` has why."""
-        transfer.state, transfer.text, transfer.is_unknown, transfer.part = what, "", False, TransferPace()
-        self._on_news()
-        reply = await self._requests.send(request)
-        info = reply.tasks[0] if reply.tasks else None
-        if info is None:
-            transfer.text = next((result.text for result in reply.results if result.text), reply.text)
-            transfer.is_unknown = reply.code is ReplyCode.NO_ANSWER
-            return None
-        transfer.task = info.number
-        answered_s = self._clock.now()
-        transfer.part.look(info, answered_s)
-        while not info.over and not transfer.over:
-            await asyncio.sleep(LOOK_S)
-            reply = await self._requests.send(GetTasks((info.number,)))
-            now = self._clock.now()
-            if reply.ok:
-                found = next((each for each in reply.tasks if is_same_task(each, info)), None)
-                if found is None:
-                    # Numbers begin anew with the station: another task may have this one.
-                    transfer.text, transfer.is_unknown = f"{NOBODY_KNOWS}: the station was started anew", True
-                    return None
-                info, answered_s = found, now
-                transfer.part.look(info, now)
+    async def _carry_out(self, transfer: PlanTransfer, request: VehicleRequest, what: str) -> TaskOutcome:
+        """Send a request for the vehicle of `transfer` and follow its task to the end; `what` names it meanwhile."""
+
+        def show(tasks: tuple[TaskInfo, ...]) -> None:
+            for info in tasks:
+                transfer.task = info.number
+                transfer.part.look(info, self._clock.now())
                 transfer.state = f"{what} {transfer.part.words(info)}".rstrip()
-                self._on_news()
-            elif now - answered_s > SILENT_S:
-                transfer.text, transfer.is_unknown = NOBODY_KNOWS, True
-                return None
+            self._on_news()
+
+        transfer.state, transfer.part = what, TransferPace()
+        self._on_news()
+        (outcome,) = await carry_out(self._requests, self._clock, request, show)
         transfer.task = 0
-        return info
+        return outcome
 
     def _end(self, transfer: PlanTransfer, good: bool, text: str) -> None:
         if not transfer.over:
@@ -209,11 +182,6 @@ class PlanTransfers:
         self._on_news()
 
 
-def _outcome(transfer: PlanTransfer, info: TaskInfo | None) -> str:
+def _whether_on_board(failed: TaskOutcome) -> str:
     """Whether the plan is on board: a station that did not answer may have begun all the same."""
-    unknown = info is None and transfer.is_unknown
-    return "perhaps on board (= compares)" if unknown else "NOT on board"
-
-
-def _why(transfer: PlanTransfer, info: TaskInfo | None) -> str:
-    return (info.text or info.state) if info is not None else (transfer.text or "no reason given")
+    return "perhaps on board (= compares)" if failed.code is ReplyCode.NO_ANSWER else "NOT on board"

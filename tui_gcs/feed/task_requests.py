@@ -14,7 +14,8 @@ LOOK_S = 0.3
 """Time between two questions how tasks stand."""
 SILENT_S = 90.0
 """Tasks without news for this long are given up here; the station may still go on with them."""
-NOT_KNOWN = "it is not known what became of it"
+NOT_KNOWN = "its result is not known"
+"""The station may have carried it out, although no answer was heard."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class TaskOutcome:
     text: str
     """Why it was refused or failed; a remark where it was done."""
     code: ReplyCode = ReplyCode.NONE
+    """NO_ANSWER: nothing was heard of it any more, and it may have been done."""
     result: TaskResult | None = None
 
 
@@ -55,7 +57,7 @@ async def carry_out(
         asked = await requests.send(GetTasks(tuple(running)))
         if not asked.ok:
             if clock.now() - answered_s > SILENT_S:
-                ended |= {task.vehicle: TaskOutcome(task.vehicle, False, NOT_KNOWN) for task in running.values()}
+                ended |= {task.vehicle: _unknown(task, NOT_KNOWN) for task in running.values()}
                 break
             continue
         answered_s = clock.now()
@@ -64,7 +66,7 @@ async def carry_out(
             now = found.get(number)
             if now is None or not is_same_task(now, task):
                 # Numbers begin anew with the station: another task may have this one.
-                ended[task.vehicle] = TaskOutcome(task.vehicle, False, f"{NOT_KNOWN}: the station was started anew")
+                ended[task.vehicle] = _unknown(task, f"{NOT_KNOWN}: the station was started anew")
                 del running[number]
             elif now.over:
                 ended[task.vehicle] = await _outcome(requests, now)
@@ -72,6 +74,10 @@ async def carry_out(
             else:
                 running[number] = now
     return tuple(ended[vehicle] for vehicle in request.vehicles)
+
+
+def _unknown(task: TaskInfo, text: str) -> TaskOutcome:
+    return TaskOutcome(task.vehicle, False, text, ReplyCode.NO_ANSWER)
 
 
 async def _outcome(requests: ConsoleRequests, task: TaskInfo) -> TaskOutcome:

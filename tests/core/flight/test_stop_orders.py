@@ -1,6 +1,7 @@
 """Hold, return and land: who is told what, who is left alone and why, and what becomes of the run. No simulator."""
 
 from collections.abc import Callable
+from operator import attrgetter
 
 import pytest
 
@@ -356,11 +357,11 @@ def test_one_that_was_replaced_is_told_nothing_any_more() -> None:
     assert watch.run(3.0).orders(1) == [] and watch.flight(1).phase is Phase.TAKEN_OUT
 
 
-@pytest.mark.parametrize("what", ["moved", "rebooted", "replaced"])
+@pytest.mark.parametrize("what", ["moved", "rebooted", "losses.replaced"])
 def test_one_in_no_team_is_nobodys_business(what: str) -> None:
     watch = in_flight(1)
     stranger = watch.place(7, (0.0, 0.0, 30.0), armed=True, landed_state=2)
-    getattr(watch.executive, what)(stranger)
+    attrgetter(what)(watch.executive)(stranger)
     assert watch.run(1.0).phases() == [Phase.FLYING] and watch.orders(7) == []
 
 

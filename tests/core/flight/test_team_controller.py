@@ -20,6 +20,7 @@ from tui_gcs.core.protocol.bus import ALIVE
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase, TeamPlan
 from tui_gcs.core.protocol.plan_limits import NOTES_PER_S
 from tui_gcs.core.station.fleet_frame import fleet_frame
+from tui_gcs.core.station.status import station_status
 
 MakeRig = Callable[..., Rig]
 
@@ -227,6 +228,8 @@ def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig
     thoughts = [text for text in reported if "thought" in text]
     assert 5 <= len(thoughts) <= 5 + 20 * NOTES_PER_S + 1, "five at once, then one in ten seconds"
     assert controller.dropped_notes == 500 - len(thoughts)
+    status = station_status(flight.station, None, 1)
+    assert status.dropped["notes of planners: too many"] == controller.dropped_notes, "an operator sees how many"
     assert [text for text in reported if "too many notes" in text] == [
         "planner patrol: sends too many notes: some are left out"
     ]

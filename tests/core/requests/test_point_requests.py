@@ -61,7 +61,7 @@ def test_a_wrong_point_is_refused(flight: Rig, point: NewPoint, why: str) -> Non
 def test_there_is_a_limit(flight: Rig) -> None:
     many = tuple(NewPoint("", (float(i), 0.0)) for i in range(MAX_POINTS))
     assert add(flight, *many).ok
-    assert add(flight, NewPoint("", (0.0, 0.0))).text == "200 points are open, 200 are the most"
+    assert add(flight, NewPoint("", (0.0, 0.0))).text == "200 points are open, at most 200 can be"
     assert flight.ask(CancelPoints()).ok
     assert add(flight, *many[:3]).ok, "closed ones give way"
     assert len(states(flight)) == MAX_POINTS

@@ -16,7 +16,7 @@ from tui_gcs.core.plans.model import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, Pla
 from tui_gcs.core.protocol.common import Resume, RunPhase
 from tui_gcs.core.protocol.services import OnBoardRow
 from tui_gcs.core.requests.plan_rows import plan_rows
-from tui_gcs.feed import plan_transfers
+from tui_gcs.feed import task_requests
 from tui_gcs.screens.missions import missions_screen as missions
 from tui_gcs.screens.missions.upload_dialog import UploadDialog
 from tui_gcs.widgets.basics.glyphs import ASCII
@@ -27,7 +27,7 @@ SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 
 @pytest.fixture(autouse=True)
 def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan_transfers, "LOOK_S", 0.0)
+    monkeypatch.setattr(task_requests, "LOOK_S", 0.0)
 
 
 async def test_p_and_m_lead_here() -> None:
@@ -390,7 +390,7 @@ async def test_no_mission_follows_a_fence_that_failed_and_r_tries_again() -> Non
 
 
 async def test_what_is_on_its_way_is_shown_and_can_be_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan_transfers, "LOOK_S", 0.05)
+    monkeypatch.setattr(task_requests, "LOOK_S", 0.05)
 
     def prepare(station: MissionStation) -> None:
         station.hangs = True

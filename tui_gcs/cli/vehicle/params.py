@@ -18,7 +18,7 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_lines,
 )
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
-from tui_gcs.core.base.float32 import shown
+from tui_gcs.core.base.float32 import shown, typed_number
 from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
 
 
@@ -40,7 +40,7 @@ def _line(vehicle: int, row: ParamRow) -> str:
 
 
 def _set(station: StationClient, arguments: argparse.Namespace) -> int:
-    value = number(arguments.value)
+    value = number_argument(arguments.value)
     request = SetParams(
         vehicle_ids(arguments.ids),
         {arguments.name: value},
@@ -55,18 +55,11 @@ def _set(station: StationClient, arguments: argparse.Namespace) -> int:
     return tell(ended, as_json=arguments.json)
 
 
-def number(text: str) -> int | float:
-    """Return a value as a user writes it. Raises `CommandError`."""
-    try:
-        return int(text, 0)
-    except ValueError:
-        pass
-    try:
-        value = float(text)
-    except ValueError:
-        raise CommandError(f"{text[:40]!r} is no number") from None
-    if value - value != 0:
-        raise CommandError(f"{text[:40]!r} is no number that a vehicle can take")
+def number_argument(text: str) -> int | float:
+    """Return the number of an argument. Raises `CommandError` where it is none that a vehicle can take."""
+    value = typed_number(text)
+    if value is None:
+        raise CommandError(f"{text[:40]!r} is no number that a vehicle can take: write 3, 0x1F or 2.5")
     return value
 
 

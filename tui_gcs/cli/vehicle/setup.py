@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
-from tui_gcs.cli.vehicle.params import number
+from tui_gcs.cli.vehicle.params import number_argument
 from tui_gcs.cli.vehicle.prompts import PromptGuide
 from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, order, tell, tell_lines, tell_reply
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
@@ -38,7 +38,7 @@ def run_tune(station: StationClient, arguments: argparse.Namespace) -> int:
     read = station.carry_out(ReadGains(ids, group))
     if name:
         good = tuple(one.vehicle for one in read if one.ok)
-        request = SetGain(good, name, number(arguments.value), sure=arguments.yes)
+        request = SetGain(good, name, number_argument(arguments.value), sure=arguments.yes)
         ended = carry_out_sure(station, request, f"set {name} = {arguments.value}") if good else []
         second = {one.vehicle: one for one in ended}
         return tell([second.get(one.vehicle, one) for one in read], as_json=arguments.json)

@@ -1,4 +1,4 @@
-"""Numbers that travel as 32-bit floats: how they are rounded, and how the operator reads them."""
+"""Numbers that travel as 32-bit floats: how they are rounded, and how the operator reads and types them."""
 
 import math
 import struct
@@ -21,6 +21,22 @@ def shown(value: float) -> str:
     texts = (f"{value:.{digits}g}" for digits in range(1, 10))
     text = next((text for text in texts if _is_same(float(text), value)), repr(value))
     return f"{float(text):.0f}" if "e+" in text and abs(value) < PLAIN_BELOW else text
+
+
+def typed_number(text: str) -> int | float | None:
+    """Return a number as an operator types it: 3, 0x1F, 2.5; None if it is no finite number.
+
+    One without a point stays an integer: parameters of integer type are sent as such.
+    """
+    try:
+        return int(text.strip(), 0)
+    except ValueError:
+        pass
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
 
 
 def _is_same(number: float, other: float) -> bool:

@@ -1,9 +1,10 @@
 """Battery returns: a vehicle that flies for its planner is sent home while its charge still brings it there.
 
-A patrol flew on at 0 %: the alarms named the battery, and nothing acted. What the scenario's `[battery]` table says is
-done here: at a charge, or earlier where the flight time that is left would not do for the way home, the landing and a
-reserve. A team with vehicles in reserve relieves before that (`planner.api.LOW_BATTERY_PCT`). A vehicle that an
-operator holds, flies by hand or has sent home or onto its mission is left to the operator: its alarms go on.
+A vehicle returns at the charge that the scenario's `[battery]` table names, or earlier, when the flight time that is
+left would not suffice for the way home, the landing and a reserve. Before this existed a patrol flew on at 0 %: there
+were alarms, and nothing acted. A team with vehicles in reserve relieves one before that
+(`planner.api.LOW_BATTERY_PCT`). A vehicle that an operator holds, flies by hand, has sent home or onto its mission is
+left to the operator: its alarms go on.
 """
 
 import math
@@ -20,13 +21,13 @@ from tui_gcs.core.records.event_log import ALERT, WARNING
 from tui_gcs.core.scenario.model import BatteryLimits
 
 LASTS_S = 3.0
-"""A vehicle returns when its charge has been too low for this long: one wrong message sends nobody home."""
+"""A vehicle returns when its charge has been too low for this long: one wrong message sends no vehicle home."""
 DRAIN_WINDOW_S = 120.0
-"""The drain is what the charge lost in this time at most: a climb at the start says little about the cruise."""
+"""The drain is measured over at most this time: what a climb at the start took is not what the cruise takes."""
 MIN_DRAIN_SPAN_S, MIN_DRAIN_PCT = 20.0, 3.0
-"""A drain is known after this long and this much: charges are reported in whole percent."""
+"""The drain is known when the charge has fallen for this long and by this much: it is reported in whole percent."""
 MAX_STEP_PCT = 5.0
-"""A charge that falls by more from one look to the next has not been used up in between."""
+"""A charge that falls by more from one sample to the next was not used up in between: the gauge corrects itself."""
 TIMED_BELOW_PCT = 50.0
 """The drain counts below half a charge only. PX4's battery simulator falls to half within a minute and stays there
 (docs/autopilots.md); no vehicle is called home from its first minutes by that."""
@@ -36,7 +37,7 @@ VERTICAL_M_S, LAND_M_S, LAND_SLOW_M = 1.5, 0.5, 10.0
 
 @dataclass
 class _Drain:
-    """What was seen of the charge of one vehicle."""
+    """How the charge of one vehicle has fallen."""
 
     samples: deque[tuple[float, float]] = field(default_factory=deque)
     """Time and percent at each change."""
@@ -76,7 +77,7 @@ class BatteryReturnController:
         now = self._clock.now()
         for flight in self._flights:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
-            # An unknown charge (NaN) returns nobody: its alarm says so.
+            # A vehicle of unknown charge (NaN) is not sent home: it has an alarm of its own.
             if vehicle is None or not vehicle.telemetry.armed or math.isnan(vehicle.telemetry.battery_pct):
                 self._drains.pop(flight.vehicle, None)
                 continue

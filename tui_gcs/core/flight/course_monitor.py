@@ -1,7 +1,7 @@
 """Course monitor: vehicles that do not fly what this station asks of them, in a mode in which they should.
 
 Another station may send targets to a vehicle in GUIDED or OFFBOARD, which changes no mode. Seen with a real ArduCopter:
-its station knew of a veto only, while another one flew it away at 9.7 m/s.
+all that its station reported was a veto, while another station flew the vehicle away at 9.7 m/s.
 """
 
 import math
@@ -17,13 +17,14 @@ from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import WARNING
 
 MOVES_M_S = 2.0
-"""A vehicle that holds and is faster than this does not hold: in wind of 4 m/s good ones wander by 0.6 m."""
+"""A vehicle that should hold and is faster than this does not. In wind of 4 m/s one that holds wanders by 0.6 m."""
 BRAKES_S = 6.0
 """From 8 m/s braking takes 3.2 s at 2.5 m/s²; a slow link delays what shows it."""
 AWAY_M = 25.0
-"""So much farther from its place than it was: a turn at full speed leads 18 m away (see `BRAKE_SHARE` of the guard)."""
+"""A vehicle that is this much farther from its goal than it once was flies away from it. A turn at full speed alone
+leads 18 m away (see `BRAKE_SHARE` of the guard)."""
 BESIDE_M = 15.0
-"""So far beside its path nothing but another hand leads a vehicle that was on it: the worst wind brought 8 m."""
+"""A vehicle that was on its path and is this far beside it is led by something else. The worst wind brought 8 m."""
 LEFT_S = 3.0
 """A heartbeat that shows the mission's end may come this much before the item that shows that it is over."""
 
@@ -35,12 +36,12 @@ class _Course:
     stopped_s: float = math.nan
     """Since when it should stand."""
     goal_m: Vec3 | None = None
-    least_m: float = math.inf
+    nearest_m: float = math.inf
     """The nearest that it was to `goal_m`."""
 
 
 class CourseMonitor:
-    """Looks at all vehicles that this station steers; `found` holds what they do instead."""
+    """Looks at all vehicles that this station steers; `found` holds what they do that was not asked of them."""
 
     def __init__(self, services: FlightServices) -> None:
         self._other_stations, self._flights = services.fleet.other_stations, services.flights
@@ -104,7 +105,7 @@ class CourseMonitor:
     def _goes_away(self, course: _Course, goal_m: Vec3, here_m: Vec3, speed_m_s: float) -> str:
         away_m = math.dist(goal_m, here_m)
         if course.goal_m != goal_m:
-            course.goal_m, course.least_m = goal_m, away_m
-        course.least_m = min(course.least_m, away_m)
-        strays = away_m > course.least_m + AWAY_M and speed_m_s > MOVES_M_S
-        return f"{away_m:.0f} m from its place, and was {course.least_m:.0f} m from it" if strays else ""
+            course.goal_m, course.nearest_m = goal_m, away_m
+        course.nearest_m = min(course.nearest_m, away_m)
+        strays = away_m > course.nearest_m + AWAY_M and speed_m_s > MOVES_M_S
+        return f"{away_m:.0f} m from its place, and was {course.nearest_m:.0f} m from it" if strays else ""

@@ -15,8 +15,8 @@ from tui_gcs.core.flight.flights import Flight, FlightTable, HoldStep
 from tui_gcs.core.protocol.common import Freshness, Phase
 
 MAX_SINK_M_S, SINK_BAND_M_S = 6.0, 4.0
-"""No vehicle comes down faster than this on purpose: WPNAV_SPEED_DN is 5 m/s at most, MPC_Z_VEL_MAX_DN 4 m/s. A fall
-is over when it is slower by the second number."""
+"""No vehicle descends faster than this on purpose: WPNAV_SPEED_DN is 5 m/s at most, MPC_Z_VEL_MAX_DN 4 m/s. A fall is
+over when the vehicle is slower by the second number."""
 MAX_TILT_DEG = 60.0
 """PX4's FD_FAIL_R and FD_FAIL_P; ArduCopter leans by 30 degrees at most (ANGLE_MAX)."""
 BEYOND_S = 0.35

@@ -18,9 +18,9 @@ from tui_gcs.core.scenario.model import Limits
 MAX_SLOT_CELLS, MAX_REASON_CELLS = 12, 100
 """Longest name of a slot, and longest reason, that a planner may give; the rest is cut."""
 CATCH_UP_TIME_S = 1.0
-"""Time constant with which the reference of a velocity course returns to its vehicle."""
+"""Time constant with which the reference of a velocity course drifts back to its vehicle, which lags behind it."""
 FOLLOWS_M = 5.0
-"""A vehicle this near to its reference goes on from there; one farther away from its own place."""
+"""A vehicle this near to its reference begins a new course at the reference; one farther away, where it is itself."""
 
 
 class IntentController:
@@ -46,7 +46,7 @@ class IntentController:
                 self._refuse(intent.vehicle, "unknown vehicle", text)
             elif flight.phase is not Phase.FLYING:
                 # The frame that the plan was made from may be older than a hold or a return.
-                continue  # it was flying in the frame the plan was made from
+                continue
             elif intent.kind == "hold":
                 self._hold(flight, intent)
             elif intent.kind == "return":

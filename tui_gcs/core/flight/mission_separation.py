@@ -1,9 +1,9 @@
 """Mission separation: holds vehicles on missions of their own before they come too close to others.
 
-The guard judges every course that this station steers. A mission is flown by the vehicle itself, and two vehicles on
-one mission collided without a word from the station (two real ArduCopters at 27 m). So every vehicle that this station
-sent on its mission and that will come too close to any other one is held while there is room to brake; of two on
-missions, both. Vehicles in the hands of a pilot, of another station or of their own failsafe are left to them.
+The guard judges every course that this station steers, but a mission is flown by the vehicle itself. Two real
+ArduCopters on one mission collided at 27 m, and the station reported nothing. So a vehicle that this station sent on
+its mission is held before it comes too close to any other one, while there is room to brake; of two on missions, both
+are. Vehicles that a pilot, another station or their own failsafe flies are left alone.
 """
 
 import math
@@ -21,10 +21,11 @@ from tui_gcs.core.protocol.common import EventClass, Phase
 from tui_gcs.core.records.event_log import ALERT
 
 REACTION_S = 1.5
-"""From a look at the fleet to a vehicle that brakes: the gap between two looks, a lost copy of the order, its way."""
+"""Time from a look at the fleet until a vehicle has the order: the gap between two looks, one lost copy, the link."""
 CLOSER_M = 1.0
 """Two that are too close already are held if they will be so much closer within `AHEAD_S`."""
 AHEAD_S = 2.0
+"""How far two vehicles that are too close already are predicted, straight on at their velocities."""
 HELD = "was held: too close to another vehicle"
 
 

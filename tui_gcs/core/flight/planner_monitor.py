@@ -12,7 +12,9 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import TeamPlan
 
 SILENT_S = 2.0
+"""A planner that sends no plan for this long while its vehicles fly is taken for dead: they hold."""
 LATE_IN_A_ROW = 3
+"""So many steps in a row that took longer than the planner's period count as a fault; one or two do not."""
 LATE_SHOWN_S = 0.6
 """A plan is shown as late only when it is older than this, however fast its planner is meant to be."""
 CONFIGURE_S = 20.0
@@ -23,6 +25,7 @@ busy."""
 MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 20.0
 """Limits of how often a planner steps."""
 MAX_PLANS_PER_S = 25
+"""Plans above this rate are refused: no planner steps faster than `MAX_RATE_HZ`, a wrong one may send without end."""
 
 WorkerState = Literal["absent", "ready", "running", "late", "dead", "quarantined"]
 

@@ -15,6 +15,7 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.scenario.model import Scenario
 
 MAX_AWAY_M = 100_000.0
+"""A place farther from the origin than this is taken for a mistake in typing."""
 
 
 class PointTable:
@@ -22,7 +23,7 @@ class PointTable:
 
     def __init__(self, services: FlightServices, scenario: Scenario, executive: Executive) -> None:
         self.scenario = scenario
-        """The present scenario; whoever changes it sets it here, too."""
+        """The present scenario; `ActiveScenario` sets it here when it changes."""
         self._services, self._executive = services, executive
         self._points: dict[str, PointOfInterest] = {}
         self._begun = False
@@ -55,7 +56,7 @@ class PointTable:
         if not points:
             return "no point is named"
         if len(self.open()) + len(points) > MAX_POINTS:
-            return f"{len(self.open())} points are open, {MAX_POINTS} are the most"
+            return f"{len(self.open())} points are open, at most {MAX_POINTS} can be"
         named = [point.name for point in points if point.name]
         teams = {team.name for team in self.scenario.teams}
         for point in points:

@@ -19,9 +19,13 @@ from tui_gcs.core.protocol.common import EventClass, Phase, Vec3, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, WARNING
 
 LAYER_TOLERANCE_M = 1.0
+"""A vehicle whose height differs by at most this from that of its layer is on it."""
 OVER_HOME_M = 1.5
+"""A vehicle is above a place at most this far beside it, ..."""
 OVER_HOME_SPEED_M_S = 0.7
+"""... and this fast: a faster one would land beside it."""
 LANDING_GAP_S = 2.0
+"""Time from the beginning of one landing of a group to the next."""
 RETURN_WAIT_S = 240.0
 """Vehicles above their homes wait at most this long for one that does not come."""
 # Flown: three real ArduCopters above their homes, at 0 %, waiting for one with a weak motor.
@@ -32,7 +36,7 @@ STUCK_S = 15.0
 BYPASS_AFTER_S = 5.0
 """A vehicle that has waited this long goes to a bypass column. By then those that only pass have passed."""
 RETURN = "return"
-"""The stop that its mode and places are parts of."""
+"""Name of the stop reason with which the change of mode and the targets of a return are sent."""
 TARGET_GAP_S = 0.5
 """Return targets are sent again, and the way is checked for other vehicles, this often: the guard predicts as far
 ahead."""
@@ -149,7 +153,7 @@ class ReturnController:
 
     def _blocked_by(self, flight: Flight, vehicle: Vehicle) -> str:
         """Which vehicle is in the way, in words, or ""."""
-        # Above or below its layer all vehicles count; on it only those that are not on another layer of their own.
+        # On its way up or down to its layer all vehicles count. On the layer those on layers of their own do not.
         if flight.step is not ReturnStep.TO_HOME:
             return self._steering.blocked(flight, vehicle)
         return self._steering.blocked(flight, vehicle, lambda other: not self._is_on_another_layer(other, flight))

@@ -8,15 +8,15 @@ import math
 from dataclasses import dataclass
 
 PAUSE_S = 2.0
-"""A gap between two ticks that counts as a stall: after as long a silence a planner is not waited for either.
-Set-points are followed for 3 s."""
+"""A longer gap between two ticks is a stall. A planner is waited for as long (`planner_monitor.SILENT_S`), and
+ArduCopter follows its last velocity set-point for 3 s, so nothing has happened to vehicles before."""
 HEARS_FIRST_S = 1.5
 """How long the station only listens after a stall; heartbeats, which carry the mode, come once a second."""
 
 
-@dataclass
 # Learned in a flight with a real PX4 that was returning by its failsafe: after a stall of 19 s the station saw it
 # in OFFBOARD, had it hold because "its planner is silent", and so ended its return.
+@dataclass
 class StallDetector:
     """Measures the time between the station's ticks; `is_over` is called in each."""
 

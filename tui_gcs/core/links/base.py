@@ -30,6 +30,8 @@ class Link(ABC):
         """Payload bytes received, and handed to the system."""
         self.send_refused = 0
         """Frames that could not be sent, or were dropped before they left."""
+        self.refused_clients = 0
+        """Clients that a server link turned away because all its places were taken."""
 
     @property
     def kernel_drops(self) -> int:

@@ -31,8 +31,6 @@ class TcpInLink(Link):
             LinkError: the port is busy, or the address is not ours.
         """
         super().__init__(spec)
-        self.refused_clients = 0
-        """Clients that were turned away because all places were taken."""
         self._clock = clock
         self._clients: dict[Address, TcpConnection] = {}
         self._paused_until_s = -math.inf

@@ -128,7 +128,8 @@ class StationStatus(Message, frozen=True):
     if_silent: dict[int, str] = {}
     """What each vehicle of a team does when our set-points stop: to be seen before a start."""
     faults: dict[str, int] = {}
-    """What should never happen, counted since start: "planner", "unanswered commands", "refused on slot", "link"."""
+    """What should never happen, counted since start: "planner", "unanswered commands", "refused on slot", "link", and
+    "too close", the samples in which two vehicles were closer than both limits of separation."""
     dropped: dict[str, int] = {}
     """What was received and not used, by reason."""
     homes: dict[int, tuple[float, float]] = {}

@@ -107,6 +107,7 @@ def _faults(parts: StationParts) -> dict[str, int]:
         "unanswered commands": parts.comms.commands.unanswered_count,
         "refused on slot": parts.flight.steering.vetoed_on_slot,
         "link": parts.comms.reception.faults,
+        "too close": parts.flight.monitor.violations,
     }
     return {name: count for name, count in counts.items() if count}
 
@@ -118,11 +119,12 @@ def _dropped(parts: StationParts) -> dict[str, int]:
     counts += parts.services.ignored()
     for intake in fleet.intakes.values():
         counts += intake.dropped
-    if ignored := sum(controller.ignored for controller in parts.active.team_controllers.values()):
-        counts["plan for an older task"] = ignored
-    if parts.records.recorder.dropped:
-        counts["frames not recorded"] = parts.records.recorder.dropped
-    return dict(counts)
+    controllers = parts.active.team_controllers.values()
+    counts["plan for an older task"] = sum(controller.ignored for controller in controllers)
+    counts["notes of planners: too many"] = sum(controller.dropped_notes for controller in controllers)
+    counts["clients of links: all places taken"] = sum(link.refused_clients for link in comms.links.values())
+    counts["frames not recorded"] = parts.records.recorder.dropped
+    return {reason: count for reason, count in counts.items() if count}
 
 
 def _recording(parts: StationParts) -> str:

@@ -281,7 +281,7 @@ class PlannerHost:
             if not plan.error and not problem:
                 decode(data, TeamPlan)
         except Exception as error:  # noqa: BLE001 - the edge to foreign code: what it put in may be anything
-            data, problem = b"", str(error)
+            data, problem = b"", str(error) or type(error).__name__
         if problem:
             text = f"planner {job.task.planner!r}: its plan cannot be sent: {problem}"
             data = encode(self._failed(job, self._blank(job, frame), text))

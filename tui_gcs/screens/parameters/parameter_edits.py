@@ -7,6 +7,7 @@ from typing import Any
 from textual.screen import Screen
 
 from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.float32 import typed_number
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import FormatError
@@ -14,7 +15,6 @@ from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.formats.parameter_files import parameter_file, values_to_set
 from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE
 from tui_gcs.core.protocol.alarms import id_ranges
-from tui_gcs.core.protocol.setup import Number
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.fleet_parameters import FleetParameter
 from tui_gcs.feed.parameter_transfers import ChangeOutcome, ParameterChange, ParameterTransfers
@@ -197,19 +197,6 @@ class ParameterEdits:
 
     def _run(self, job: Coroutine[Any, Any, None]) -> None:
         self._host.run_worker(job, group="parameters", exit_on_error=False)
-
-
-def typed_number(text: str) -> Number | None:
-    """Return a value as an operator writes it: 3, 0x1F, 2.5; None if it is no finite number."""
-    try:
-        return int(text.strip(), 0)
-    except ValueError:
-        pass
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if value - value == 0 else None
 
 
 def _vehicles(vehicles: Collection[int]) -> str:

@@ -34,7 +34,7 @@ class MissionEdits:
         """Insert an item after the edited one: at `place_m`, or a little beyond the items before."""
         editor = self.editor
         if len(editor.items) >= MAX_ITEMS:
-            return f"not added: {MAX_ITEMS} items are the most"
+            return f"not added: a mission holds at most {MAX_ITEMS} items"
         here = place_m or self._next_place(editor.index + 1)
         at = editor.index + 1 if editor.items else 0
         # What is added at the end of a mission comes before its return or landing, or it would never be flown.
@@ -58,7 +58,7 @@ class MissionEdits:
         """Add a square fence polygon around `place_m` or the vehicle's home."""
         editor = self.editor
         if len(editor.items) + len(SQUARE) > MAX_ITEMS:
-            return f"not added: {MAX_ITEMS} items are the most"
+            return f"not added: a mission holds at most {MAX_ITEMS} items"
         east, north = place_m or editor.forecast.vehicle(editor.vehicle).home.place_m
         corners = [editor.frame.to_geodetic(east + x * NEW_RADIUS_M, north + y * NEW_RADIUS_M) for x, y in SQUARE]
         at = len(editor.items)
@@ -70,7 +70,7 @@ class MissionEdits:
         """Add a fence circle around `place_m` or the vehicle's home."""
         editor = self.editor
         if len(editor.items) >= MAX_ITEMS:
-            return f"not added: {MAX_ITEMS} items are the most"
+            return f"not added: a mission holds at most {MAX_ITEMS} items"
         here = place_m or editor.forecast.vehicle(editor.vehicle).home.place_m
         at = len(editor.items)
         circle = fences.circle(editor.frame.to_geodetic(*here), NEW_RADIUS_M)
