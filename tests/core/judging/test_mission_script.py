@@ -6,7 +6,7 @@ import pytest
 
 from tests.core.flight.test_start_safety import standing_on
 from tests.core.rigs.rig import TICK_S, Rig
-from tui_gcs.core.judging.mission_script import Script, Step
+from tui_gcs.core.judging.mission_script import Script, Step, refusal_words
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase, RunPhase
 
@@ -47,6 +47,15 @@ def test_a_vehicle_that_is_never_heard_is_named_and_nobody_starts(rig: MakeRig) 
     assert script.problem == "not ready after 90 s: 1 of 2 vehicles (missing: 2)"
     assert not flight.sim.armed.any()
     assert not script.referee.result().ok
+
+
+def test_a_reason_of_many_vehicles_is_written_once() -> None:
+    results = tuple(m.VehicleResult(vehicle=v, ok=False, text="no fix") for v in (1, 2, 3))
+    results += (m.VehicleResult(vehicle=4, ok=False, text="battery 12 %"), m.VehicleResult(vehicle=5, ok=True, text=""))
+    reply = m.Reply(ok=False, text="not started: vehicles 1-4 not ready", results=results)
+    assert refusal_words(reply) == (
+        "not started: vehicles 1-4 not ready (vehicles 1-3: no fix; vehicle 4: battery 12 %)"
+    )
 
 
 def test_who_waits_sees_why_the_start_is_refused(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> None:

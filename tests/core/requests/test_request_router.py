@@ -232,7 +232,9 @@ def test_a_station_ends_only_if_nothing_armed_is_heard_and_the_lost_are_named(ri
     one, two = ground.station.picture.fleet.vehicles[1], ground.station.picture.fleet.vehicles[2]
     assert ground.ask(m.Shutdown(lost=(1,))).text == "nothing armed is lost: stop without --lost"
     one.telemetry.armed = two.telemetry.armed = True
-    assert ground.ask(m.Shutdown()) == Reply(ok=False, text="not while vehicles are armed: 1, 2")
+    assert ground.ask(m.Shutdown()) == Reply(
+        ok=False, text="not while armed: vehicles 1-2 (tui-gcs return or tui-gcs land lands them)"
+    )
     ground.loses = lambda way, index: index in (0, 1)
     ground.run(30.0)
     ids = "armed when last heard, and LOST: 1 2; if you know what became of them: tui-gcs stop --lost 1 2"

@@ -230,7 +230,7 @@ def test_an_edit_may_not_leave_a_vehicle_outside(rig: MakeRig) -> None:
 def test_a_station_does_not_end_while_anything_is_armed(rig: MakeRig) -> None:
     flight = rig(2).flying()
     reply = flight.ask(m.Shutdown())
-    assert not reply.ok and reply.text == "not while vehicles are armed: 1, 2"
+    assert not reply.ok and reply.text == "not while armed: vehicles 1-2 (tui-gcs return or tui-gcs land lands them)"
     assert not flight.station.conditions.ending
     flight.ask(m.Return())
     flight.until(lambda: not flight.sim.armed.any(), 150.0)

@@ -78,6 +78,19 @@ async def test_vehicle_that_is_not_heard_is_named_and_left_out() -> None:
         assert c.station.commands() == [m.Start(vehicles=(1, 2, 4, 5, 6, 7, 8))]
 
 
+async def test_a_start_without_a_ready_vehicle_offers_no_start() -> None:
+    async with console() as c:
+        for vehicle in range(1, 9):
+            c.station.changes[vehicle] = {"freshness": m.Freshness.LOST}
+        await c.tick()
+        await c.press("space")
+        assert "fly: none" in c.app.screen.text()
+        assert "no vehicle of these teams is heard and ready yet" in c.app.screen.text()
+        assert "Enter = start" not in c.app.screen.text()
+        await c.press("enter")
+        assert c.station.commands() == []
+
+
 async def test_live_start_wants_the_count_typed() -> None:
     async with console(kind=m.RunKind.LIVE) as c:
         await c.press("space", "enter")

@@ -210,7 +210,7 @@ class Script:
 
     def _refused(self, now: float, reply: Reply) -> None:
         """Wait for what may heal or is being read; override the rest if `insists` is set, else give up."""
-        self._refusal = _why(reply)
+        self._refusal = refusal_words(reply)
         unread = any(check.state is CheckState.UNKNOWN for check in reply.refused_by)
         if unread and math.isnan(self._unread_s):
             self._unread_s = now
@@ -261,7 +261,7 @@ class Script:
             return
         reply = self._ask(m.SwitchRound(index=self.round_index + 1))
         if not reply.ok:
-            self.abort(_why(reply))
+            self.abort(refusal_words(reply))
             return
         self.round_index += 1
         self._begin_round(now)
@@ -323,6 +323,11 @@ class Script:
         return tuple(sorted(heard + silent))
 
 
-def _why(reply: Reply) -> str:
-    reasons = "; ".join(f"vehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
+def refusal_words(reply: Reply) -> str:
+    """The refusal with its reasons: each reason once, with all vehicles that it holds for."""
+    vehicles: dict[str, list[int]] = {}
+    for result in reply.results:
+        if not result.ok:
+            vehicles.setdefault(result.text, []).append(result.vehicle)
+    reasons = "; ".join(f"{vehicles_words(ids)}: {text}" for text, ids in vehicles.items())
     return f"{reply.text} ({reasons})" if reasons else reply.text

@@ -4,6 +4,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.preflight.readiness import layer_problem
 from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, ReplyCode, RunPhase, VehicleResult
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
@@ -98,7 +99,7 @@ class StationRequests:
         results = self._context.readiness.of_start(request.vehicles)
         bad = [r.vehicle for r in results if not r.ok]
         if bad:
-            text = f"not started: vehicle {', '.join(map(str, bad))} not ready"
+            text = f"not started: {vehicles_words(bad)} not ready"
             return Reply(ok=False, text=text, results=results)
         if refused := self._context.checklist.refusal(request):
             return refused
@@ -196,7 +197,9 @@ class StationRequests:
         lost = [v.id for v in armed if v.freshness(now) is Freshness.LOST]
         flying = [v.id for v in armed if v.id not in lost]
         if flying:
-            return Reply(ok=False, text=f"not while vehicles are armed: {', '.join(map(str, flying))}")
+            # `tui-gcs return` and `land` wait until telemetry shows the vehicles down.
+            text = f"not while armed: {vehicles_words(flying)} (tui-gcs return or tui-gcs land lands them)"
+            return Reply(ok=False, text=text)
         # The operator must name exactly the lost ones: another vehicle may have got lost meanwhile.
         if set(lost) != set(request.lost):
             ids = " ".join(map(str, lost))

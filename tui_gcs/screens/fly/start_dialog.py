@@ -25,6 +25,7 @@ SIGN_OFF = "sign-off"
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
 CHANGED = "fleet, links or round changed meanwhile: look, and ask again"
+NO_VEHICLE = "no vehicle of these teams is heard and ready yet"
 UNSEEN = "the last seconds were not shown: look, and ask again"
 
 
@@ -126,8 +127,8 @@ class StartDialog(TextDialog[Start | None]):
     def _confirm(self) -> None:
         count = len(self._plan.vehicles)
         if count == 0:
-            self._problem = "no vehicle of these teams is heard and ready"
-        elif self._kind is RunKind.LIVE and self._refusing():
+            return  # the last line says why
+        if self._kind is RunKind.LIVE and self._refusing():
             self._override()
         elif self._kind is RunKind.LIVE and self._needs_name():
             self._sign()
@@ -184,7 +185,7 @@ class StartDialog(TextDialog[Start | None]):
         lines: list[Line] = [
             [
                 (f"{what} vehicles arm, take off and fly: ", Ink.TEXT),
-                (f"{count}  ({ids(self._plan.vehicles)})", Ink.BOLD),
+                (f"{count}  ({ids(self._plan.vehicles)})" if count else "none", Ink.BOLD),
             ],
             [],
         ]
@@ -279,6 +280,8 @@ class StartDialog(TextDialog[Start | None]):
         if self._starts_s is not None:
             left_s = max(0, round(self._starts_s - self._clock.now()))
             return [(" Esc = STOP THIS ", Ink.SELECTED_WARNING), (f"   started in {left_s} s", Ink.BOLD)]
+        if not self._plan.vehicles:
+            return [cancel, (f"   {NO_VEHICLE}", Ink.CAUTION)]
         if self._kind is RunKind.LIVE and self._refusing():
             return [cancel, (f"  REFUSED; override by name: [{self._typed:_<13}]", Ink.BOLD)]
         if self._kind is RunKind.LIVE and self._needs_name():
