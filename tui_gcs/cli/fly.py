@@ -1,6 +1,7 @@
 """`tui-gcs fly`: a station on real links or on another program's simulator, and a console on it."""
 
 import argparse
+import os
 from pathlib import Path
 
 from tui_gcs.cli.common import (
@@ -65,6 +66,7 @@ def start(kind: RunKind, arguments: argparse.Namespace) -> None:
             forward=forward,
             dialects=dialects,
             planners=list(planners.values()),
+            terrain=str(Path(terrain).resolve()) if (terrain := os.environ.get("TUI_GCS_TERRAIN")) else "",
             operator_at=operator_at,
         ),
     )

@@ -86,6 +86,8 @@ class LaunchOptions:
     """Planners in files, as they declared themselves."""
     watch: bool = False
     """Saved versions of these planners take over (SIM only)."""
+    terrain: str = ""
+    """Path of a terrain file or folder from which vehicles are answered; empty for none."""
     operator_at: dict[str, float] | None = None
     """Fields of `OperatorId` for Remote ID."""
 
@@ -119,6 +121,7 @@ def launch(
         "dialects": options.dialects,
         "planners": [_builtins(info) for info in options.planners],
         "watch": options.watch,
+        "terrain": options.terrain,
         "operator_at": options.operator_at,
     }
     if options.sim_spec is not None:

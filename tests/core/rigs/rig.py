@@ -255,7 +255,9 @@ class Rig(LockStep):
         for frame in cut_datagram(data).frames:
             message = decode(frame)
             if message is not None and message.name != "HEARTBEAT":
-                self.sent.append((self.clock.now(), message.fields["target_system"], message.name, message.fields))
+                self.sent.append(
+                    (self.clock.now(), message.fields.get("target_system", 0), message.name, message.fields)
+                )
 
     def _on_frame(self, key: str, payload: bytes) -> None:
         self.frame = m.decode(payload, FleetFrame)

@@ -24,7 +24,12 @@ from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.base.descendants import adopt_orphans
 from tui_gcs.core.base.directories import EARLIER_STATE_FILE, STATE_FILE, STATION_LOCK, socket_path, state_dir, try_lock
 from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.base.text import clean
+from tui_gcs.core.formats.content import FormatError
+from tui_gcs.core.formats.elevation_files import read_elevation
 from tui_gcs.core.forward.forwarder import Endpoint
+from tui_gcs.core.geometry.elevation import Elevation
+from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.signing import SigningError
@@ -96,6 +101,7 @@ def run(run_file: Path) -> None:
         folder=logs,
         rehearsals=state_dir(RunKind.SIM) / rehearsals.FILE,
         planners={info.name: info for info in files},
+        elevation=_elevation(setting.get("terrain", ""), scenario.origin),
         operator_at=OperatorId(**setting["operator_at"]) if setting.get("operator_at") else None,
     )
     try:
@@ -119,6 +125,19 @@ def run(run_file: Path) -> None:
         for link in (*links, *(endpoint.link for endpoint in forward)):
             link.close()
         bus.close()  # Zenoh may take its time; the process ends anyway
+
+
+def _elevation(path: str, origin: Origin) -> Elevation | None:
+    """Read the operator's terrain file, if one was named. Raises `StartError`."""
+    if not path:
+        return None
+    try:
+        elevation = read_elevation(Path(path))
+    except FormatError as error:
+        raise StartError(f"--terrain {clean(path, 300)}: {error}") from None
+    # A tile of a folder is read when a height in it is first asked for; in flight that would hold up the station.
+    elevation.place_amsl_m(origin.lat_deg, origin.lon_deg)
+    return elevation
 
 
 def _serve(path: Path) -> tuple[QueuedBus, socket.socket]:

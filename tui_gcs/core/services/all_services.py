@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.ftp import FtpService
 from tui_gcs.core.services.files.logs import LogService
@@ -15,6 +16,7 @@ from tui_gcs.core.services.setup.calibration import CalibrationService
 from tui_gcs.core.services.setup.motor_test import MotorTestService
 from tui_gcs.core.services.setup.rc_calibration import RcCalibrationService
 from tui_gcs.core.services.setup.tuning import TuningService
+from tui_gcs.core.services.terrain import TerrainService
 from tui_gcs.core.services.timesync import LinkTimingService
 from tui_gcs.core.services.vehicle.component_metadata import MetadataService
 from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService
@@ -28,8 +30,8 @@ from tui_gcs.core.services.vehicle.vehicle_events import VehicleEvents
 class Services:
     """One instance of each service."""
 
-    def __init__(self, context: ServiceContext) -> None:
-        """Create all services; they receive messages from now on."""
+    def __init__(self, context: ServiceContext, elevation: Elevation | None = None) -> None:
+        """Create all services; they receive messages from now on. Vehicles that ask are told heights of `elevation`."""
         self.context = context
         self.control = ControlService(context)
         self.ftp = FtpService(context)
@@ -46,6 +48,7 @@ class Services:
         context.commands.ack_matcher.round_trips = self.link_timing.round_trips
         self.payload = PayloadService(context)
         self.shell = ShellService(context)
+        self.terrain = TerrainService(context, elevation)
         self.traffic = TrafficService(context)
         self.calibrations = CalibrationService(context)
         self.rc_calibrations = RcCalibrationService(context, self.params)
@@ -60,6 +63,7 @@ class Services:
         self.vehicle_events.tick()
         self.link_timing.tick()
         self.shell.tick()
+        self.terrain.tick()
 
     def ignored(self) -> Counter[str]:
         """Messages of vehicles that no service could use, counted by reason."""

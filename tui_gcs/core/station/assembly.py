@@ -104,7 +104,7 @@ def build_parts(config: StationConfig, records: Records, links: list[Link]) -> S
         specs,
         config.folder,
     )
-    services = Services(context)
+    services = Services(context, config.elevation)
     # Set afterwards: the failsafe service is above flight control, and steering asks it what a vehicle does when
     # unheard.
     flight.steering.lost_link_behaviour = services.failsafes.lost_link_behaviour

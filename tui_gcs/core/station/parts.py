@@ -31,6 +31,7 @@ from tui_gcs.core.flight.mission_separation import MissionSeparation
 from tui_gcs.core.flight.point_table import PointTable
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
+from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links import Link
 from tui_gcs.core.protocol.bus import Bus
@@ -80,6 +81,8 @@ class StationConfig:
     """Where downloads from vehicles and their caches are written. None: nothing is written."""
     rehearsals: Path | None = None
     """The file that lists the plans that were rehearsed. None: none was."""
+    elevation: Elevation | None = None
+    """The heights of the ground that vehicles are given when they ask. None: they are not answered."""
     operator_at: OperatorId | None = None
     """The operator's place from the command line (its other fields are unused); it overrides the scenario's place."""
 

@@ -31,6 +31,7 @@ MESSAGES = frozenset(
         "PARAM_REQUEST_READ",
         "PING",
         "REQUEST_EVENT",
+        "TERRAIN_DATA",
         "TIMESYNC",
     }
 )
