@@ -2,6 +2,7 @@
 
     python docs/make_reference.py            into docs/reference/, for `make docs`; git ignores the pages
     python docs/make_reference.py --man      man/tui-gcs.1, for `make dist`
+    python docs/make_reference.py --schema   docs/reference/report.schema.json, which is part of the repository
 
 Commands come from the parser, keys from the action tables, scenario keys and messages from their structs, settings and
 exit codes from their tables. The planner interface is read by mkdocstrings.
@@ -12,6 +13,7 @@ import ast
 import importlib
 import inspect
 import itertools
+import json
 import pkgutil
 import re
 import sys
@@ -26,6 +28,7 @@ import msgspec
 from tui_gcs import __version__
 from tui_gcs.actions.scopes import SCOPES
 from tui_gcs.cli import exit_codes
+from tui_gcs.cli.command_report import CommandReport
 from tui_gcs.cli.installation.config import SETTINGS
 from tui_gcs.cli.installation.general_options import commands
 from tui_gcs.cli.main import command_line_parser
@@ -219,7 +222,7 @@ def codes() -> str:
         *table(("code", "meaning"), rows),
         "## Codes in JSON",
         "",
-        "The field `code` of documents that `--json` prints.",
+        "The field `code` of [documents that `--json` prints](json.md).",
     ]
     tree = ast.parse(inspect.getsource(exit_codes.ReportCode)).body[0]
     statements = tree.body if isinstance(tree, ast.ClassDef) else []
@@ -280,8 +283,26 @@ def manual_page() -> str:
     return "\n".join([*lines, "logs, keys and states of stations", ""])
 
 
+SCHEMA = FOLDER / "report.schema.json"
+
+
+def schema() -> str:
+    """The JSON schema of what commands print with `--json`."""
+    document = msgspec.json.schema(CommandReport)
+    for definition in document["$defs"].values():
+        if "properties" in definition:
+            definition["required"] = list(definition["properties"])  # defaults are printed, too
+            for field in definition["properties"].values():
+                field.pop("default", None)
+    whole = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "tui-gcs --json", **document}
+    return json.dumps(whole, indent=2) + "\n"
+
+
 def main() -> None:
-    """Write the pages, or the manual page."""
+    """Write the pages, the manual page, or the schema."""
+    if "--schema" in sys.argv:
+        SCHEMA.write_text(schema(), encoding="utf-8")
+        return
     if "--man" in sys.argv:
         (ROOT / "man").mkdir(exist_ok=True)
         (ROOT / "man/tui-gcs.1").write_text(manual_page(), encoding="utf-8")

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.rigs.console_pty import PtyConsole
+from tests.rigs.reports import report_of
 from tui_gcs import __version__ as tui_gcs_version
 from tui_gcs.cli import common
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
@@ -142,7 +143,8 @@ def test_the_summary_of_a_good_tlog_as_json():
     done = tui_gcs("replay", str(DATA / "px4-8.tlog"), "--json")
     assert done.returncode == 0
     assert done.stderr == ""
-    assert '"PX4"' in done.stdout
+    report = report_of(done.stdout, "replay")
+    assert report["ok"] and report["data"]["systems"][0]["autopilot"] == "PX4"
 
 
 @pytest.mark.parametrize(

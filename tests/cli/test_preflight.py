@@ -22,7 +22,9 @@ from tui_gcs.core.protocol.preflight import Check, CheckState
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalStore, plan_digest
 from tui_gcs.core.scenario.model import Scenario
 
-OPTIONS = argparse.Namespace(kind=None, json=False, read_again=False, acknowledge=[], sign=False, operator="Ada")
+OPTIONS = argparse.Namespace(
+    kind=None, json=False, output=None, read_again=False, acknowledge=[], sign=False, operator="Ada"
+)
 
 
 class RigBus:
@@ -184,7 +186,7 @@ def test_a_rehearsal_leaves_a_record_that_is_found_by_its_plan(
     assert RehearsalStore(tmp_path / "sim" / FILE).newest(plan_digest(other, {})) is None
 
 
-@pytest.mark.parametrize("option", ["--json", "--report"])
+@pytest.mark.parametrize("option", ["--output", "--report"])
 def test_a_full_disk_takes_neither_the_result_nor_its_record(
     option: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -196,7 +198,7 @@ def test_a_full_disk_takes_neither_the_result_nor_its_record(
 
     monkeypatch.setattr("tui_gcs.cli.lock_step_run.rehearse", flown)
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path))
-    other = {"--json": "--report", "--report": "--json"}[option]
+    other = {"--output": "--report", "--report": "--output"}[option]
     assert main(["rehearse", option, "/dev/full", other, str(tmp_path / "other")]) == 2
     out, err = capsys.readouterr()
     assert "1 of 1 checks hold" in out

@@ -243,7 +243,7 @@ def test_what_is_no_file_is_refused_at_once_wherever_one_is_named(
     assert Path(name).stem in line or "zero" in line
 
 
-@pytest.mark.parametrize("option", ["rehearse --json", "rehearse --report", "demo --headless --json"])
+@pytest.mark.parametrize("option", ["rehearse --output", "rehearse --report", "demo --headless --output"])
 def test_a_result_is_not_written_into_a_pipe_without_a_reader(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
 ) -> None:

@@ -1,13 +1,15 @@
 """How commands report to scripts: one document, by `--json` and `--output FILE`.
 
-The shape is that of `CommandReport`; `vehicles` has one `VehicleReport` for each vehicle.
+The shape is that of `CommandReport`; `vehicles` has one `VehicleReport` for each vehicle. What `data` holds for each
+command stands in docs/reference/json.md, and the JSON schema beside it.
 """
 
 import argparse
+import contextlib
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import msgspec
 
@@ -19,9 +21,10 @@ class VehicleReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     vehicle: int
     ok: bool
-    code: ReportCode
-    text: str
-    data: dict[str, Any]
+    code: ReportCode = ReportCode.NONE
+    text: str = ""
+    data: dict[str, Any] = {}
+    """What concerns this vehicle alone."""
 
 
 class CommandReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -43,21 +46,37 @@ def finish(arguments: argparse.Namespace, report: CommandReport, code: int | Non
     """
     exit_code = code if code is not None else OK if report.ok else FAILED
     if arguments.json:
-        # Numbers that are not finite are null: JSON has none.
-        sys.stdout.write(msgspec.json.encode(report).decode() + "\n")
-        sys.stdout.flush()
+        write_line(getattr(arguments, "standard_output", sys.stdout), report)
     # The result was printed before: a full disk takes nothing but the file.
     if arguments.output is not None and not _written(arguments.output, report):
         return CANNOT
     return exit_code
 
 
-def cannot_run(arguments: argparse.Namespace, error: Exception, text: str) -> int:
-    """Report that a command could not run, where it takes `--json`; return exit code 2."""
+def write_line(stream: TextIO, report: CommandReport) -> None:
+    """Write a document in one line. Numbers that are not finite are null: JSON has none."""
+    stream.write(msgspec.json.encode(report).decode() + "\n")
+    stream.flush()
+
+
+def cannot_run(arguments: argparse.Namespace, error: BaseException, text: str, exit_code: int = CANNOT) -> int:
+    """Report that a command could not run, where it takes `--json`; return the exit code."""
     if hasattr(arguments, "json") and hasattr(arguments, "output"):
         code = error.code if isinstance(error, CommandError) else ReportCode.CANNOT_RUN
-        finish(arguments, CommandReport(False, code, text))
-    return CANNOT
+        code = ReportCode.CANCELLED if isinstance(error, KeyboardInterrupt) else code
+        finish(arguments, CommandReport(False, code, text), exit_code)
+    return exit_code
+
+
+@contextlib.contextmanager
+def document_alone(arguments: argparse.Namespace) -> Iterator[None]:
+    """Keep the standard output for the document, with `--json`: all else that is printed meanwhile goes to stderr."""
+    if not getattr(arguments, "json", False):
+        yield
+        return
+    arguments.standard_output = sys.stdout
+    with contextlib.redirect_stdout(sys.stderr):
+        yield
 
 
 def of_vehicles(

@@ -29,8 +29,8 @@ def run(arguments: argparse.Namespace) -> int:
         check_fault(arguments.fault)
     except LaunchError as error:
         raise CommandError(str(error)) from None
-    if arguments.json or arguments.rounds:
-        raise CommandError("--json and --rounds belong to --headless")
+    if arguments.json or arguments.output or arguments.rounds:
+        raise CommandError("--json, --output and --rounds belong to --headless")
     need_terminal()
     from tui_gcs.cli.console import attach, preferences
 
@@ -45,16 +45,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _fly_headless(arguments: argparse.Namespace) -> int:
-    """Fly in lock-step, print the table and write the JSON. The exit code is 0 only if every check holds."""
+    """Fly in lock-step, and print the table or the document. The exit code is 0 only if every check holds."""
+    from tui_gcs.cli.command_report import finish
     from tui_gcs.cli.lock_step_run import read_request
-    from tui_gcs.cli.result_table import report
+    from tui_gcs.cli.result_table import document, show
 
-    check_writable(arguments.json)
+    check_writable(arguments.output)
     flight = read_request(arguments, "headless")
-    code = report(*flight.fly(), arguments.json)
+    result, problem = flight.fly()
+    show(arguments, result, problem)
     flight.tell_links()
     flight.bound_folders()
-    return code
+    return finish(arguments, document(result, problem))
 
 
 def _launch(arguments: argparse.Namespace) -> None:

@@ -16,7 +16,7 @@ class ReportCode(StrEnum):
     REFUSED = "refused"
     """The station, a vehicle or the user refused it; nothing was done."""
     CANCELLED = "cancelled"
-    """The user cancelled it."""
+    """The user cancelled it, answered no, or interrupted the command (exit code 130)."""
     NOT_CONFIRMED = "not confirmed"
     """Refused only because it may do harm: with `--yes` it would be done."""
     NOT_SEEN = "not seen"
@@ -25,6 +25,14 @@ class ReportCode(StrEnum):
     """The station did not answer, so it may or may not be carried out."""
     CANNOT_RUN = "cannot run"
     """The command could not run: exit code 2, and the reason is also on stderr."""
+
+
+class UsageError(SystemExit):
+    """Raised for a command line that cannot be understood; its text is on stderr already. The exit code is 2."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(CANNOT)
+        self.text = text
 
 
 class CommandError(Exception):

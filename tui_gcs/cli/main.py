@@ -1,16 +1,16 @@
 """The `tui-gcs` command. It imports nothing heavy: `--help` must be instant."""
 
 import argparse
+import contextlib
 import importlib
 import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import NoReturn
 
 from tui_gcs import __version__
 from tui_gcs.cli import console_options, options
-from tui_gcs.cli.exit_codes import CANNOT, CommandError
+from tui_gcs.cli.exit_codes import CANNOT, FAILED, CommandError, UsageError
 from tui_gcs.cli.files import parser as files_parser
 from tui_gcs.cli.installation import config, general_options
 from tui_gcs.cli.installation.completion import SHELLS
@@ -18,12 +18,11 @@ from tui_gcs.cli.planner import parser as planner_parser
 from tui_gcs.cli.vehicle import parser as vehicle_parser
 from tui_gcs.core.base.directories import ConfigError
 
-MAX_ERROR_CELLS = 4000
-
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one subcommand; every error the user can cause is one line on stderr and exit code 2."""
-    arguments = command_line_parser().parse_args(argv)
+    words = sys.argv[1:] if argv is None else list(argv)
+    arguments = _parsed(words)
     try:
         used = config.apply(arguments, os.environ)
         console_options.apply(arguments, os.environ)
@@ -31,40 +30,68 @@ def main(argv: Sequence[str] | None = None) -> int:
         if used and general_options.is_set(general_options.VERBOSE, os.environ):
             settings = ", ".join(f"{key} = {value!r}" for key, value in used.items())
             print(f"tui-gcs: {config.path_of(os.environ)}: {settings}", file=sys.stderr)  # noqa: T201
-        module = importlib.import_module(f"tui_gcs.cli.{arguments.module}")
-        code: int = module.run(arguments)
+        return _run(arguments)
     except (CommandError, ConfigError) as error:
-        from tui_gcs.cli.command_report import cannot_run
         from tui_gcs.core.base.text import clean
 
-        line = clean(str(error), MAX_ERROR_CELLS)
         if general_options.is_set(general_options.VERBOSE, os.environ):
             traceback.print_exc()
-        print(f"tui-gcs: {line}", file=sys.stderr)  # noqa: T201
-        return cannot_run(arguments, error, line)
+        return _cannot_run(arguments, error, clean(str(error), options.MAX_ERROR_CELLS))
     except ImportError as error:
         text = f"this installation is not whole: {error}; install it again (pip install .)"
-        print(f"tui-gcs: {text}", file=sys.stderr)  # noqa: T201
-        return CANNOT
-    except KeyboardInterrupt:
-        print("tui-gcs: interrupted", file=sys.stderr)  # noqa: T201
-        return 130
+        return _cannot_run(arguments, error, text)
+    except KeyboardInterrupt as error:
+        return _cannot_run(arguments, error, "interrupted", 130)
+    except BrokenPipeError:  # whoever read it has seen enough, e.g. `head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+
+
+def _parsed(words: Sequence[str]) -> argparse.Namespace:
+    """Return the arguments. Raises `UsageError`, after it was reported in JSON where that is asked for."""
+    try:
+        if file := options.file_after_json(words):
+            text = f"--json is a flag: to write the result to a file, give --json --output {file}"
+            print(f"tui-gcs: {text}", file=sys.stderr)  # noqa: T201
+            raise UsageError(text)
+        return command_line_parser().parse_args(words)
+    except UsageError as error:
+        if "--json" in words:
+            from tui_gcs.cli.command_report import CommandReport, write_line
+            from tui_gcs.cli.exit_codes import ReportCode
+
+            write_line(sys.stdout, CommandReport(False, ReportCode.CANNOT_RUN, error.text))
+        raise
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    """Run the command's module, which is imported only now; with `--json` nothing but the document goes to stdout."""
+    run = importlib.import_module(f"tui_gcs.cli.{arguments.module}").run
+    if not getattr(arguments, "json", False):
+        code: int = run(arguments)
+        return code
+    from tui_gcs.cli.command_report import document_alone
+
+    with document_alone(arguments):
+        code = run(arguments)
     return code
 
 
-class CommandLineParser(argparse.ArgumentParser):
-    """An argument parser that reports errors without repeating escape sequences to the terminal."""
+def _cannot_run(arguments: argparse.Namespace, error: BaseException, text: str, code: int = CANNOT) -> int:
+    """Report why a command could not run, in one line on stderr and by `--json`; return the exit code."""
+    print(f"tui-gcs: {text}", file=sys.stderr)  # noqa: T201
+    if not hasattr(arguments, "output"):
+        return code
+    with contextlib.suppress(ImportError):  # an installation that is not whole
+        from tui_gcs.cli.command_report import cannot_run
 
-    def error(self, message: str) -> NoReturn:
-        """Report the error in one clean line, and exit with code 2."""
-        from tui_gcs.core.base.text import clean
-
-        super().error(clean(message, MAX_ERROR_CELLS))
+        return cannot_run(arguments, error, text, code)
+    return code
 
 
 def command_line_parser() -> argparse.ArgumentParser:
     """Return the parser of everything that may be typed: also for completion, manual pages and tests of documents."""
-    parser: argparse.ArgumentParser = CommandLineParser(
+    parser: argparse.ArgumentParser = options.CommandLineParser(
         prog="tui-gcs", description="A ground control station for fleets of autonomous vehicles, in a terminal."
     )
     parser.add_argument("--version", action="version", version=f"tui-gcs {__version__}")
@@ -99,7 +126,7 @@ def _add_demo(commands: options.Commands) -> None:
     parser.add_argument(
         "--headless", action="store_true", help="as fast as it goes, without a console: all rounds, a result table"
     )
-    parser.add_argument("--json", metavar="FILE", help="headless: write the result there too")
+    options.report(parser)
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="headless: only the first N rounds")
     console_options.add(parser)
@@ -118,7 +145,7 @@ def _add_fly(commands: options.Commands) -> None:
 def _add_run(commands: options.Commands) -> None:
     parser = _add(commands, "run", "fly a whole scenario without a console: every round, return, land, result")
     _scenario_and_links(parser)
-    parser.add_argument("--json", metavar="FILE", help="write the result there too")
+    options.report(parser)
     known = (
         "on a terminal, too, this command is the order: nothing is asked; checks that can be overridden are, by name"
     )
@@ -142,7 +169,7 @@ def _add_rehearse(commands: options.Commands) -> None:
     known = "write every metric of the planners over time there (CSV), and single events beside it (FILE-events.csv)"
     parser.add_argument("--metrics", metavar="FILE.csv", help=known)
     parser.add_argument("--report", metavar="FILE.html", help="write pictures, numbers and events there, for a browser")
-    parser.add_argument("--json", metavar="FILE", help="write the result there")
+    options.report(parser)
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="only the first N rounds")
     known = "vehicle ID falls silent T seconds after the start, for S seconds or for good; may be repeated"
@@ -162,7 +189,7 @@ def _add_replay(commands: options.Commands) -> None:
     parser.add_argument("file", metavar="FILE.tlog")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
     parser.add_argument("--summary", action="store_true", help="the summary, also on a terminal")
-    parser.add_argument("--json", action="store_true", help="the summary as JSON")
+    options.report(parser)
 
 
 def _add_control(commands: options.Commands) -> None:
@@ -176,8 +203,8 @@ def _add_control(commands: options.Commands) -> None:
         parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
         if name == "attach":
             console_options.add(parser)
-        if name == "status":
-            parser.add_argument("--json", action="store_true")
+        if name != "attach":
+            options.report(parser)
         if name == "stop":
             known = "vehicles that were armed when last heard, and of which you know what became"
             parser.add_argument("--lost", nargs="+", default=[], metavar="IDS", help=f"{known}: 1-3 5")
@@ -211,12 +238,12 @@ def _add_task(commands: options.Commands) -> None:
     add.add_argument("--deadline", type=float, metavar="S", help="seconds from now")
     add.add_argument("--team", default="", help="the team that is to visit it (default: any)")
     listed = options.command(actions, "list", "all points, and what became of them")
-    listed.add_argument("--json", action="store_true")
     cancel = options.command(actions, "cancel", "cancel open points")
     cancel.add_argument("names", nargs="*", metavar="NAME")
     cancel.add_argument("--all", action="store_true", help="all that are open")
     for parser in (add, listed, cancel):
         parser.set_defaults(module="task")
+        options.report(parser)
         parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
 
 
@@ -224,7 +251,7 @@ def _add_preflight(commands: options.Commands) -> None:
     text = "the checks before a start, read from the vehicles of the running station; exit code 0: nothing refuses it"
     parser = _add(commands, "preflight", text)
     parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
-    parser.add_argument("--json", action="store_true")
+    options.report(parser)
     parser.add_argument("--read-again", action="store_true", help="read from the vehicles also what is known")
     known = "accept this failsafe as it is (LIVE), e.g. station-loss; may be repeated"
     options.repeated(parser, "--acknowledge", "CHECK", known)

@@ -4,10 +4,31 @@ It imports nothing heavy.
 """
 
 import argparse
-from typing import Any
+import sys
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NoReturn
+
+from tui_gcs.cli.exit_codes import UsageError
 
 Commands = Any
 """The type of argparse's subparsers, which has no public name."""
+
+
+MAX_ERROR_CELLS = 4000
+
+
+class CommandLineParser(argparse.ArgumentParser):
+    """An argument parser that reports errors without repeating escape sequences to the terminal."""
+
+    def error(self, message: str) -> NoReturn:
+        """Report the error after the usage. Raises `UsageError`."""
+        from tui_gcs.core.base.text import clean
+
+        text = clean(message, MAX_ERROR_CELLS)
+        self.print_usage(sys.stderr)
+        sys.stderr.write(f"{self.prog}: error: {text}\n")
+        raise UsageError(text)
 
 
 def command(commands: Commands, name: str, text: str, *, examples: str = "") -> argparse.ArgumentParser:
@@ -66,3 +87,20 @@ def report(parser: argparse.ArgumentParser) -> None:
     """Add `--json` and `--output`: see `command_report`."""
     parser.add_argument("--json", action="store_true", help="print one JSON document instead of text")
     parser.add_argument("--output", metavar="FILE", help="write that document to a file, whatever is printed")
+
+
+FILE_BEFORE = ("demo", "run", "rehearse")
+"""Commands whose `--json` took a file until 0.2."""
+
+
+def file_after_json(words: Sequence[str]) -> str:
+    """Return the file that a command line gives to `--json`, as it was until 0.2; "" if it gives none."""
+    for word in words:
+        if word.startswith("--json="):
+            return word.removeprefix("--json=")
+    command = next((word for word in words if not word.startswith("-")), "")
+    for option, value in pairwise(words if command in FILE_BEFORE else ()):
+        # A scenario may follow the flag.
+        if option == "--json" and not value.startswith("-") and (command == "demo" or not value.endswith(".toml")):
+            return value
+    return ""

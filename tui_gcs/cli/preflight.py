@@ -5,10 +5,9 @@ import sys
 import time
 from textwrap import wrap
 
-import msgspec
-
+from tui_gcs.cli.command_report import CommandReport, finish
 from tui_gcs.cli.common import join, login_name
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.station_control import which
 from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import PROTOCOL, AnyRequest, Hello, Reply, StationStatus, decode, encode
@@ -48,12 +47,12 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         bus.close()
     checks = status.preflight
-    if arguments.json:
-        sys.stdout.write(msgspec.json.format(msgspec.json.encode(checks), indent=2).decode() + "\n")
-    else:
+    if not arguments.json:
         sys.stdout.write(words(checks))
-
-    return FAILED if any(check.state in STOPS for check in checks) else OK
+    stops = [check.name for check in checks if check.state in STOPS]
+    code = ReportCode.FAILED if stops else ReportCode.NONE
+    text = f"a start is refused by: {', '.join(stops)}" if stops else "no check refuses a start"
+    return finish(arguments, CommandReport(not stops, code, text, {"checks": checks}))
 
 
 def words(checks: tuple[Check, ...]) -> str:
@@ -97,7 +96,7 @@ def _acknowledge(bus: ZenohBus, status: StationStatus, name: str, operator: str)
 
 def _done(reply: Reply) -> None:
     if not reply.ok:
-        raise CommandError(reply.text)
+        raise CommandError(reply.text, ReportCode.REFUSED)
     sys.stderr.write(f"{reply.text}\n")
 
 

@@ -4,11 +4,14 @@ import argparse
 import sys
 import time
 
+import msgspec
+
+from tui_gcs.cli.command_report import CommandReport, finish
 from tui_gcs.cli.common import check_writable, login_name
-from tui_gcs.cli.exit_codes import CANNOT, CommandError
+from tui_gcs.cli.exit_codes import CANNOT, CommandError, ReportCode
 from tui_gcs.cli.flights import metric_files
 from tui_gcs.cli.lock_step_run import read_request
-from tui_gcs.cli.result_table import report, written
+from tui_gcs.cli.result_table import document, show, written
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.flight_result import FlightResult
@@ -27,7 +30,7 @@ IN_THE_PLAN = ("scenario", "autopilots", "planner", "set", "vehicles")
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table and write the report. The exit code is 0 only if every gate holds."""
-    for file in (arguments.json, arguments.report, arguments.metrics):
+    for file in (arguments.output, arguments.report, arguments.metrics):
         check_writable(file)
     records: list[FlightRecord] = []
     flown = SimulatedTime()
@@ -46,17 +49,27 @@ def run(arguments: argparse.Namespace) -> int:
         result, problem = flight.fly(planned, watch)
     except FaultScheduleError as error:
         raise CommandError(str(error)) from None
-    code = report(result, problem, arguments.json)
+    show(arguments, result, problem)
+    unwritten = []
     if arguments.metrics and not metric_files.write(arguments.metrics, result):
-        code = CANNOT
+        unwritten.append(arguments.metrics)
     flight.tell_links()
     if arguments.rounds in (None, len(scenario.rounds)):
         _remember(scenario.name, plan, result, problem, arguments)
     _tell_pace(flown.passed_s, time.monotonic() - begin_s)
     if arguments.report and not _reported(arguments, records[0], result, problem, planned):
-        code = CANNOT
+        unwritten.append(arguments.report)
     flight.bound_folders()
-    return code
+    return _finish(arguments, document(result, problem), unwritten)
+
+
+def _finish(arguments: argparse.Namespace, report: CommandReport, unwritten: list[str]) -> int:
+    """Write the document, and return the exit code: 2 where a file of the flight could not be written."""
+    if not unwritten:
+        return finish(arguments, report)
+    text = f"{report.text}; {' and '.join(unwritten)} could not be written"
+    report = msgspec.structs.replace(report, ok=False, code=ReportCode.CANNOT_RUN, text=text)
+    return finish(arguments, report, CANNOT)
 
 
 def _reported(

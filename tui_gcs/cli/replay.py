@@ -8,7 +8,7 @@ import threading
 
 from tui_gcs.cli.common import need_terminal
 from tui_gcs.cli.console import ConsolePreferences, preferences
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.terminal.terminal_options import wants_slow
 
@@ -17,28 +17,34 @@ TICK_S = 0.05
 
 def run(arguments: argparse.Namespace) -> int:
     """Show the flight; print the summary instead without a terminal or where it is asked for."""
-    if arguments.json or arguments.summary or not sys.stdout.isatty():
-        return _summary(arguments.file, as_json=arguments.json)
+    if arguments.json or arguments.output or arguments.summary or not sys.stdout.isatty():
+        return _summary(arguments)
     if not (math.isfinite(arguments.speed) and 0 < arguments.speed <= 1000):
         raise CommandError(f"--speed {arguments.speed:g}: more than 0 and at most 1000")
     need_terminal()
     return _show(arguments.file, arguments.speed, preferences(arguments.overlay))
 
 
-def _summary(file: str, *, as_json: bool) -> int:
+def _summary(arguments: argparse.Namespace) -> int:
+    import msgspec
+
+    from tui_gcs.cli.command_report import CommandReport, finish
     from tui_gcs.core.judging.summary_text import summary_text
     from tui_gcs.core.judging.tlog_summary import summarize
     from tui_gcs.core.records.tlog_reader import TlogError
 
     try:
-        summary = summarize(file)
+        summary = summarize(arguments.file)
     except TlogError as error:
         raise CommandError(str(error)) from None
-    width = shutil.get_terminal_size((100, 24)).columns
-    sys.stdout.write(summary.to_json() + "\n" if as_json else summary_text(summary, width))
+    if not arguments.json:
+        sys.stdout.write(summary_text(summary, shutil.get_terminal_size((100, 24)).columns))
+        sys.stdout.flush()
     for warning in summary.warnings:
         sys.stderr.write(f"tui-gcs: {warning}\n")
-    return FAILED if summary.truncated else OK
+    code = ReportCode.FAILED if summary.truncated else ReportCode.NONE
+    text = "; ".join(summary.warnings)
+    return finish(arguments, CommandReport(not summary.truncated, code, text, msgspec.structs.asdict(summary)))
 
 
 def _show(file: str, speed: float, options: ConsolePreferences) -> int:

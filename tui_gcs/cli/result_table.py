@@ -1,11 +1,13 @@
-"""The result of a flight as a table and as a file."""
+"""The result of a flight as a table and as a document."""
 
+import argparse
 import sys
 from pathlib import Path
 
 import msgspec
 
-from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK
+from tui_gcs.cli.command_report import CommandReport
+from tui_gcs.cli.exit_codes import ReportCode
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.judging.flight_result import FlightResult, RoundResult
 from tui_gcs.core.protocol.metric_names import seen_pct
@@ -13,17 +15,20 @@ from tui_gcs.core.protocol.metric_names import seen_pct
 NAME_WIDTH = 9
 
 
-def report(result: FlightResult, problem: str, json_file: str | None) -> int:
-    """Print the result, write it and return the exit code: 2 if the file cannot be written."""
-    sys.stdout.write(table(result))
-    sys.stdout.flush()
+def show(arguments: argparse.Namespace, result: FlightResult, problem: str) -> None:
+    """Print the table, unless `--json` asks for a document instead."""
+    if not arguments.json:
+        sys.stdout.write(table(result))
+        sys.stdout.flush()
     if problem:
         sys.stderr.write(f"tui-gcs: the flight ended early: {problem}\n")
-    code = OK if result.ok and not problem else FAILED
-    if json_file:
-        data = msgspec.json.format(msgspec.json.encode(result), indent=2) + b"\n"
-        code = code if written(json_file, data) else CANNOT
-    return code
+
+
+def document(result: FlightResult, problem: str) -> CommandReport:
+    """Return the result for scripts: its fields are the document's `data`."""
+    ok = result.ok and not problem
+    text = f"the flight ended early: {problem}" if problem else _held(result)
+    return CommandReport(ok, ReportCode.NONE if ok else ReportCode.FAILED, text, msgspec.structs.asdict(result))
 
 
 def written(path: str, data: bytes) -> bool:
@@ -64,9 +69,12 @@ def table(result: FlightResult) -> str:
         if check.why and check.why != last_why:
             lines.append(f"     -- {check.why}"[:80])
             last_why = check.why
-    good = sum(check.ok for check in result.checks)
-    lines += ["", f"{good} of {len(result.checks)} checks hold", *filter(None, [result.incomplete]), ""]
+    lines += ["", _held(result), *filter(None, [result.incomplete]), ""]
     return "\n".join(lines)
+
+
+def _held(result: FlightResult) -> str:
+    return f"{sum(check.ok for check in result.checks)} of {len(result.checks)} checks hold"
 
 
 def _remarks(r: RoundResult) -> list[str]:

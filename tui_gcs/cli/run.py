@@ -9,12 +9,13 @@ import time
 
 import msgspec
 
+from tui_gcs.cli.command_report import finish
 from tui_gcs.cli.common import check_writable, join, login_name, read_planners, read_scenario, running
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.flights.scenario_options import require_gates
 from tui_gcs.cli.fly import start
 from tui_gcs.cli.progress_bar import ProgressBar
-from tui_gcs.cli.result_table import report
+from tui_gcs.cli.result_table import document, show
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.mission_script import Script
 from tui_gcs.core.protocol.bus import BusError
@@ -33,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     kind = RunKind(arguments.kind.upper())
     if running(kind):
         raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
-    check_writable(arguments.json)
+    check_writable(arguments.output)
     _check_overrides(arguments.override)
     planners = read_planners(arguments.planner)
     scenario, toml, _ = read_scenario(arguments.scenario, planners)
@@ -113,4 +114,6 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
     if refusal := _end_station(bus, principal):
         sys.stderr.write(f"tui-gcs: the station goes on: {refusal}\n")
     bus.close()
-    return report(script.referee.result(), script.problem, arguments.json)
+    result = script.referee.result()
+    show(arguments, result, script.problem)
+    return finish(arguments, document(result, script.problem))

@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import join, need_terminal, running
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.vehicle_numbers import named_vehicles
 from tui_gcs.core.base.run_kind import RunKind
 
@@ -26,11 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
         from tui_gcs.cli.console import attach, preferences
 
         return attach(kind, preferences(arguments.overlay))
-    return (
-        _stop(kind, named_vehicles(arguments.lost))
-        if arguments.what == "stop"
-        else _status(kind, as_json=arguments.json)
-    )
+    return _stop(kind, arguments) if arguments.what == "stop" else _status(kind, arguments)
 
 
 def which(named: str | None) -> RunKind:
@@ -43,10 +39,12 @@ def which(named: str | None) -> RunKind:
     return kinds[0]
 
 
-def _stop(kind: RunKind, lost: tuple[int, ...]) -> int:
+def _stop(kind: RunKind, arguments: argparse.Namespace) -> int:
+    from tui_gcs.cli.command_report import CommandReport, finish
     from tui_gcs.core.protocol.bus import BusError
     from tui_gcs.core.protocol.common import Reply, Shutdown, decode, encode
 
+    lost = named_vehicles(arguments.lost)
     bus = join(kind)
     try:
         reply = decode(bus.ask("gcs/req/cli", encode(Shutdown(lost=lost)), timeout_s=5.0), Reply)
@@ -54,15 +52,17 @@ def _stop(kind: RunKind, lost: tuple[int, ...]) -> int:
         raise CommandError(str(error)) from None
     finally:
         bus.close()
-    sys.stdout.write(f"{kind}: {reply.text}\n")
+    if not arguments.json:
+        sys.stdout.write(f"{kind}: {reply.text}\n")
+    data = {"kind": kind.value}
     if not reply.ok:
-        return FAILED
+        return finish(arguments, CommandReport(False, ReportCode.REFUSED, reply.text, data))
     end = time.monotonic() + STOP_LIMIT_S
     while running(kind):  # so that the next command finds nothing half-alive
         if time.monotonic() > end:
             raise CommandError(f"the {kind} station is still there after {STOP_LIMIT_S:.0f} s")
         time.sleep(0.05)
-    return OK
+    return finish(arguments, CommandReport(True, ReportCode.NONE, reply.text, data))
 
 
 def newest(kind: RunKind) -> tuple["StationStatus", "FleetFrame"]:
@@ -88,17 +88,16 @@ def newest(kind: RunKind) -> tuple["StationStatus", "FleetFrame"]:
     return decode(got[keys.STATUS], StationStatus), decode(got[keys.FLEET], FleetFrame)
 
 
-def _status(kind: RunKind, *, as_json: bool) -> int:
+def _status(kind: RunKind, arguments: argparse.Namespace) -> int:
     import msgspec
 
+    from tui_gcs.cli.command_report import CommandReport, VehicleReport, finish
+
     status, frame = newest(kind)
-    if as_json:
-        vehicles = [row._asdict() for row in frame.rows()]
-        text = msgspec.json.encode({"status": status, "vehicles": vehicles}).decode()
-        sys.stdout.write(text + "\n")
-    else:
+    if not arguments.json:
         sys.stdout.write(_words(status, frame))
-    return OK
+    vehicles = tuple(VehicleReport(row.id, True, data=row._asdict()) for row in frame.rows())
+    return finish(arguments, CommandReport(True, data=msgspec.structs.asdict(status), vehicles=vehicles))
 
 
 def _link_words(link: "LinkStatus") -> str:

@@ -1,15 +1,16 @@
 """`tui-gcs task`: points of interest for planners, added, listed and cancelled while vehicles fly."""
 
 import argparse
-import json
 import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
 
+from tui_gcs.cli.command_report import CommandReport, finish
 from tui_gcs.cli.common import join
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.station_control import which
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.base.text import clean
@@ -42,10 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     bus = join(which(arguments.kind))
     try:
         if arguments.what == "list":
-            return show(_status(bus), as_json=arguments.json)
+            return show(_status(bus), arguments)
         if arguments.what == "cancel":
-            return _tell(ask(bus, CancelPoints(tuple(arguments.names))))
-        return _tell(ask(bus, AddPoints(tuple(asked_points(arguments, frame_of(bus))))))
+            return _tell(ask(bus, CancelPoints(tuple(arguments.names))), arguments)
+        return _tell(ask(bus, AddPoints(tuple(asked_points(arguments, frame_of(bus))))), arguments)
     finally:
         bus.close()
 
@@ -55,7 +56,8 @@ def ask(bus: Bus, request: AnyRequest) -> Reply:
     try:
         return decode(bus.ask(REQUEST.format(principal=PRINCIPAL), encode(request)), Reply)
     except BusError as error:
-        raise CommandError(f"{error}: the station may still do it; `tui-gcs task list` shows") from None
+        text = f"{error}: the station may still do it; `tui-gcs task list` shows"
+        raise CommandError(text, ReportCode.NO_ANSWER) from None
     except msgspec.MsgspecError:
         raise CommandError("the station's answer cannot be read: another version of tui-gcs?") from None
 
@@ -110,14 +112,17 @@ def _status(bus: Bus) -> StationStatus:
     return reply.status
 
 
-def show(status: StationStatus, *, as_json: bool) -> int:
+def show(status: StationStatus, arguments: argparse.Namespace) -> int:
     """Print all points, the open ones first."""
     points = sorted(status.points, key=lambda point: point.state != "open")
-    if as_json:
-        sys.stdout.write(json.dumps([_row(point, status.t_s) for point in points], indent=2) + "\n")
-        return OK
+    if not arguments.json:
+        _print(points, status.t_s)
+    return finish(arguments, CommandReport(True, data={"tasks": [_row(point, status.t_s) for point in points]}))
+
+
+def _print(points: Sequence[PointOfInterest], now_s: float) -> None:
     for point in points:
-        row = _row(point, status.t_s)
+        row = _row(point, now_s)
         left = "" if row["left_s"] is None else f"  {row['left_s']:.0f} s left"
         by = f" by vehicle {point.vehicle}" if point.vehicle else ""
         x, y = point.place_m
@@ -125,7 +130,6 @@ def show(status: StationStatus, *, as_json: bool) -> int:
         sys.stdout.write(f"{clean(point.name):<20} {point.state}{by}{left}  {place}  priority {point.priority:g}\n")
     if not points:
         sys.stdout.write("no tasks\n")
-    return OK
 
 
 def _row(point: PointOfInterest, now_s: float) -> dict[str, object]:
@@ -142,7 +146,9 @@ def _row(point: PointOfInterest, now_s: float) -> dict[str, object]:
     }
 
 
-def _tell(reply: Reply) -> int:
-    out = sys.stdout if reply.ok else sys.stderr
-    out.write(f"{clean(reply.text, 400)}\n")
-    return OK if reply.ok else FAILED
+def _tell(reply: Reply, arguments: argparse.Namespace) -> int:
+    text = clean(reply.text, 400)
+    if not (reply.ok and arguments.json):
+        out = sys.stdout if reply.ok else sys.stderr
+        out.write(f"{text}\n")
+    return finish(arguments, CommandReport(reply.ok, ReportCode.NONE if reply.ok else ReportCode.REFUSED, text))

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.rigs.reports import report_of
 from tui_gcs.cli.files.bounded import TimeUsedUp, bounded
 from tui_gcs.cli.main import main
 from tui_gcs.core.geometry.local_frame import LocalFrame
@@ -187,8 +188,8 @@ def test_a_mission_for_each_autopilot(capsys: pytest.CaptureFixture[str]) -> Non
     out = capsys.readouterr().out
     assert "mission: 3 items: " in out and "nothing is wrong" in out
     assert main(["check", "a.waypoints", "--autopilot", "px4", "--json"]) == 1
-    reported = json.loads(capsys.readouterr().out)
-    assert reported["ok"] is False and reported["findings"][0] == {
+    report = report_of(capsys.readouterr().out, "check")
+    assert report["ok"] is False and report["data"]["findings"][0] == {
         "level": "error", "where": "mission 2", "text": "PX4 takes no spline (command 82) in a mission"
     }  # fmt: skip
 

@@ -1,6 +1,5 @@
 """`tui-gcs planner …`: as a researcher types it; mistakes of hers are one line, and a planner may hang or crash."""
 
-import json
 from collections.abc import Callable
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.planner.rigs import bad_planners as bad
+from tests.rigs.reports import report_of
 from tui_gcs.cli.main import command_line_parser, main
 from tui_gcs.cli.planner import check as planner_check
 from tui_gcs.cli.planner import list as planner_list
@@ -81,7 +81,8 @@ def test_known_planners_and_what_can_be_set(tell: Tell) -> None:
     assert code == 0
     assert f"patrol {Patrol.version}  5 Hz  (built in)" in out
     assert "margin_m          0.0 m       0 … 5" in out
-    rows = {row["name"]: row for row in json.loads(tell("list", "--json")[1])}
+    report = report_of(tell("list", "--json")[1], "planner list")
+    rows = {row["name"]: row for row in report["data"]["planners"]}
     margin = next(p for p in rows["patrol"]["parameters"] if p["name"] == "margin_m")
     assert (margin["default"], margin["unit"], margin["maximum"]) == (0.0, "m", 5.0)
 
@@ -150,9 +151,12 @@ def test_loading_alone_and_what_another_check_finds(tell: Tell) -> None:
 
 def test_the_same_as_json(tell: Tell) -> None:
     code, out = check(tell, bad.BY_ID, "--only", "vehicle order", "--json")
-    report = json.loads(out)
+    report = report_of(out, "planner check")
     assert (code, report["ok"]) == (1, False)
-    assert [(f["check"], f["verdict"]) for f in report["findings"]] == [("loads", "ok"), ("vehicle order", "FAIL")]
+    assert [(f["check"], f["verdict"]) for f in report["data"]["findings"]] == [
+        ("loads", "ok"),
+        ("vehicle order", "FAIL"),
+    ]
 
 
 def test_a_mistake_of_syntax_is_one_line_and_ends_it(tell: Tell) -> None:

@@ -1,6 +1,5 @@
 """`tui-gcs vehicle calibrate, tune, airframe, motor-test, gimbal, camera, roi, traffic, remote-id, plan current`."""
 
-import json
 import signal
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from tests.core.services.setup.test_calibration_accelerometer import Poses
 from tests.core.services.setup.test_calibration_compass import Compasses
 from tests.core.services.setup.test_motor_test import Motors
 from tests.core.services.setup.test_tuning import COPTER, QUAD
+from tests.rigs.reports import report_of
 from tui_gcs.cli.vehicle.prompts import PromptGuide
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.encode import Encoder
@@ -56,7 +56,9 @@ def test_what_can_be_calibrated_is_listed_and_what_cannot_is_told(tmp_path: Path
     rig = ServiceRig(tmp_path, gyros(1)).heard()
     code, out, _ = tell(rig, "calibrate", "1,9")
     assert code == 1 and "1 gyro         keep the vehicle still" in out and "vehicle 9: never heard" in out
-    assert [row["sensor"] for row in json.loads(tell(rig, "calibrate", "1", "--json")[1])][-1] == "rc"
+    (entry,) = report_of(tell(rig, "calibrate", "1", "--json")[1], "vehicle calibrate")["vehicles"]
+    calibrations = entry["data"]["calibrations"]
+    assert [row["sensor"] for row in calibrations][-1] == "rc"
     rig = ServiceRig(tmp_path, Calibrated(PX4)).heard()
     assert "baro" not in tell(rig, "calibrate", "1")[1]
     assert "may hang" in tell(rig, "calibrate", "1", "baro", "--yes")[1] and quiet(rig)
@@ -339,7 +341,7 @@ def test_traffic_says_what_where_and_who_heard_it(tmp_path: Path, tell: Tell) ->
     assert "ABC123" in out, "each comes in a message of its own, one after the other"
     assert code == 0 and "SWR123    ABCDEF" in out and "by 1, " in out and "+712 m from us" in out
     assert {f["param1"] for f in peer.got("COMMAND_LONG") if f["command"] == 511} >= {246}
-    row, _ = json.loads(tell(rig, "traffic", "--json")[1])
+    row, _ = report_of(tell(rig, "traffic", "--json")[1], "vehicle traffic")["data"]["traffic"]
     assert 300 < row["distance_m"] < 1000 and row["heard_by"] == 1
 
 

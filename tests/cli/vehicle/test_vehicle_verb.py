@@ -18,6 +18,7 @@ from tests.core.rigs.param_peer import ParamServer
 from tests.core.rigs.plan_peers import ArduPilotPeer, fence, mission, rally, square
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
 from tests.core.services.vehicle.test_shell_service import Nsh
+from tests.rigs.reports import report_of
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import command_line_parser, main
 from tui_gcs.cli.sim_fleet import spec_of
@@ -97,7 +98,7 @@ def test_list_and_show_say_who_and_how(tmp_path: Path, tell: Tell) -> None:
     assert code == 1 and "vehicle 9: never heard" in out
     assert "! this station is not heard: NOTHING (FS_GCS_ENABLE 0)" in out and "round trip" in out
     code, out, _ = tell(rig, "show", "3", "--json")
-    assert code == 0 and json.loads(out)[0]["mode"] == "STABILIZE"
+    assert code == 0 and report_of(out, "vehicle show")["vehicles"][0]["data"]["mode"] == "STABILIZE"
 
 
 def test_no_vehicle_whose_propellers_turn_is_called_ready(tmp_path: Path, tell: Tell) -> None:
@@ -110,7 +111,8 @@ def test_an_id_that_several_vehicles_use_is_listed_as_that(tmp_path: Path, tell:
     rig = ServiceRig(tmp_path, Peer(3)).heard()
     rig.vehicle(3).identity.blocked = "several vehicles use id 3"
     assert "NOT COMMANDED: several vehicles use id 3" in tell(rig, "list")[1]
-    assert json.loads(tell(rig, "show", "3", "--json")[1])[0]["ready"] is False
+    (entry,) = report_of(tell(rig, "show", "3", "--json")[1])["vehicles"]
+    assert entry["data"]["ready"] is False
 
 
 def test_nothing_that_a_vehicle_says_reaches_the_terminal_as_it_is(tmp_path: Path, tell: Tell) -> None:
@@ -489,7 +491,8 @@ def test_both_autopilots_through_a_station_of_its_own(
 
     def homes() -> list[list[float] | None]:
         code, out = command("list", "--json")
-        return [v["home"] for v in json.loads(out)] if code == 0 else []  # the station is still starting
+        # Empty while the station is still starting.
+        return [v["data"]["home"] for v in report_of(out)["vehicles"]] if code == 0 else []
 
     monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
@@ -503,11 +506,12 @@ def test_both_autopilots_through_a_station_of_its_own(
         while len(homes()) < 2 or None in homes():
             assert time.monotonic() < end
             time.sleep(0.3)
-        listed = json.loads(command("list", "--json")[1])
+        listed = [v["data"] for v in report_of(command("list", "--json")[1], "vehicle list")["vehicles"]]
         assert [v["autopilot"] for v in listed] == ["ArduCopter", "PX4"]
         both = f"{listed[0]['id']}-{listed[1]['id']}"
         code, out = command("params", "list", both, "--fetch", "--json")
-        assert code == 0 and all(len(rows) > 100 for rows in json.loads(out).values())
+        assert code == 0
+        assert all(len(v["data"]["params"]) > 100 for v in report_of(out, "vehicle params list")["vehicles"])
         lat, lon, _ = listed[0]["home"]
         Path("a.wpl").write_text(
             f"QGC WPL 110\n0\t1\t3\t22\t0\t0\t0\t0\t{lat}\t{lon}\t15\t1\n"

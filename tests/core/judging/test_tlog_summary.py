@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import msgspec
 import pytest
 from pymavlink import mavutil
 
@@ -159,7 +160,7 @@ def test_text_form_is_plain_lines(px4: Summary) -> None:
 
 
 def test_json_form_is_the_same_summary(arducopter: Summary) -> None:
-    read = json.loads(arducopter.to_json())
+    read = json.loads(msgspec.json.encode(arducopter))
     assert read["frames"] == arducopter.frames
     assert [one["system"] for one in read["systems"]] == [*EIGHT, 255]
     assert read["systems"][0]["armed"][0]["ended"] is True

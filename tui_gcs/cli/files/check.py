@@ -1,15 +1,15 @@
 """`tui-gcs check`: the problems of a scenario, a plan or another file, in the words of the plan screen."""
 
 import argparse
-import json
 import math
 import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tui_gcs.cli.command_report import CommandReport, finish
 from tui_gcs.cli.common import read_planners
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
 from tui_gcs.cli.files.file_access import MAX_CELLS, SCENARIO, elevation_of, missions_in, read_any, read_base, round_of
 from tui_gcs.core.base.text import clean
@@ -41,16 +41,20 @@ def run(arguments: argparse.Namespace) -> int:
         scenario_lines(path, preview, planners, elevation) if is_scenario else other_lines(path, arguments, elevation)
     )
     errors, cautions = (sum(line.level == level for line in lines) for level in (ERROR, CAUTION))
-    if arguments.json:
-        found = [{"level": line.level.lower(), "where": line.where, "text": line.text} for line in lines]
-        sys.stdout.write(json.dumps({"file": str(path), "ok": not errors, "findings": found}, indent=2) + "\n")
-        return FAILED if errors else OK
+    counts = [counted(errors, "error")] * bool(errors) + [counted(cautions, "caution")] * bool(cautions)
+    text = f"{clean(str(path), MAX_CELLS)}: {', '.join(counts) or 'nothing is wrong'}"
+    if not arguments.json:
+        _print(lines, text)
+    found = [{"level": line.level.lower(), "where": line.where, "text": line.text} for line in lines]
+    code = ReportCode.FAILED if errors else ReportCode.NONE
+    return finish(arguments, CommandReport(not errors, code, text, {"file": str(path), "findings": found}))
+
+
+def _print(lines: list[FindingLine], text: str) -> None:
     for line in lines:
         where = f"{clean(line.where, MAX_CELLS)}: " if line.where else ""
         sys.stdout.write(f"{line.level:<8}{where}{clean(line.text, MAX_CELLS)}\n")
-    counts = [counted(errors, "error")] * bool(errors) + [counted(cautions, "caution")] * bool(cautions)
-    sys.stdout.write(f"\n{clean(str(path), MAX_CELLS)}: {', '.join(counts) or 'nothing is wrong'}\n")
-    return FAILED if errors else OK
+    sys.stdout.write(f"\n{text}\n")
 
 
 # ---------------------------------------------------------------- scenarios

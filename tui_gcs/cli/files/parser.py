@@ -50,7 +50,7 @@ def add(commands: Commands) -> None:
     options.repeated(check, "--planner", "FILE.py", known)
     known = "of a scenario: what its planners would make of each round, and where teams meet; seconds for each team"
     check.add_argument("--preview", action="store_true", help=known)
-    check.add_argument("--json", action="store_true", help="for scripts")
+    options.report(check)
 
 
 def _add_scenario(commands: Commands) -> None:

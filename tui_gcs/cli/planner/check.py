@@ -17,8 +17,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tui_gcs.cli.common import check_seed
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.command_report import CommandReport, finish
+from tui_gcs.cli.common import check_seed, check_writable
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.core.base.text import clean
 from tui_gcs.planner.check.suite import CHECKS, FIRST
 from tui_gcs.planner.runtime import describe, registry
@@ -42,6 +43,7 @@ Line = dict[str, Any]
 def run(arguments: argparse.Namespace) -> int:
     """Make the checks; the exit code is 0 only if all of them hold."""
     check_seed(arguments.seed)
+    check_writable(arguments.output)
     what = arguments.planner
     _exists(what)
     wanted = wanted_checks(arguments.only)
@@ -52,12 +54,12 @@ def run(arguments: argparse.Namespace) -> int:
             sys.stdout.write(text_of(finding))
             sys.stdout.flush()
     bad = [finding for finding in found if finding["verdict"] == "FAIL"]
-    if arguments.json:
-        sys.stdout.write(json.dumps({"planner": what, "ok": not bad, "findings": found}, indent=2) + "\n")
-    else:
-        good = "what was asked for holds" if arguments.only else "everything holds"
-        sys.stdout.write(f"\n{what}: {f'{len(bad)} FAIL' if bad else good}\n")
-    return FAILED if bad else OK
+    good = "what was asked for holds" if arguments.only else "everything holds"
+    text = f"{what}: {f'{len(bad)} FAIL' if bad else good}"
+    if not arguments.json:
+        sys.stdout.write(f"\n{text}\n")
+    code = ReportCode.FAILED if bad else ReportCode.NONE
+    return finish(arguments, CommandReport(not bad, code, text, {"planner": what, "findings": found}))
 
 
 def wanted_checks(only: list[str]) -> list[str]:

@@ -1,12 +1,12 @@
 """`tui-gcs planner list`: the planners that a scenario can name, and the meaning of their parameters."""
 
 import argparse
-import json
 import sys
 from importlib.metadata import entry_points
 from typing import Any
 
-from tui_gcs.cli.exit_codes import FAILED, OK
+from tui_gcs.cli.command_report import CommandReport, finish
+from tui_gcs.cli.exit_codes import ReportCode
 from tui_gcs.core.base.text import clean
 from tui_gcs.planner.api import Param
 from tui_gcs.planner.runtime import registry
@@ -16,8 +16,12 @@ from tui_gcs.planner.runtime.planner_errors import PlannerError
 def run(arguments: argparse.Namespace) -> int:
     """Print them all; the exit code is 1 if one of them cannot be loaded."""
     rows = [_row(name) for name in registry.names()]
-    sys.stdout.write(json.dumps(rows, indent=2) + "\n" if arguments.json else "\n".join(map(_text, rows)))
-    return FAILED if any("problem" in row for row in rows) else OK
+    if not arguments.json:
+        sys.stdout.write("\n".join(map(_text, rows)))
+    broken = [row["name"] for row in rows if "problem" in row]
+    code = ReportCode.FAILED if broken else ReportCode.NONE
+    text = f"cannot be loaded: {', '.join(broken)}" if broken else ""
+    return finish(arguments, CommandReport(not broken, code, text, {"planners": rows}))
 
 
 def _row(name: str) -> dict[str, Any]:

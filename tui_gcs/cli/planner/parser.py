@@ -26,7 +26,7 @@ def add(commands: options.Commands) -> None:
     new.add_argument("--per-vehicle", action="store_true", help=per_vehicle)
 
     listed = _action(actions, "list", "built-in and installed planners, and what can be set")
-    listed.add_argument("--json", action="store_true")
+    options.report(listed)
 
     check = _action(actions, "check", "everything that must hold before a planner flies; takes some minutes")
     check.add_argument("planner", metavar="FILE.py|NAME", help="a file, or a built-in or installed planner")
@@ -34,7 +34,7 @@ def add(commands: options.Commands) -> None:
     check.add_argument("--quick", action="store_true", help="fewer cases, and one round instead of all")
     _instances(check)
     options.repeated(check, "--only", "CHECK", "only this one, as the report calls it; may be repeated")
-    check.add_argument("--json", action="store_true")
+    options.report(check)
 
     watch = _action(actions, "watch", "fly a planner on simulated vehicles, and every new version as you save it")
     watch.add_argument("file", metavar="FILE.py")

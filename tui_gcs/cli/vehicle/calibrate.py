@@ -4,14 +4,16 @@ import argparse
 from collections.abc import Sequence
 from typing import cast
 
-from tui_gcs.cli.exit_codes import FAILED, CommandError
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle.prompts import PromptGuide
 from tui_gcs.cli.vehicle.station_client import (
     StationClient,
     VehicleOutcome,
     confirmed,
     lines_by_vehicle,
+    not_sent,
     order,
+    reports_by_vehicle,
     say,
     tell,
     tell_reply,
@@ -35,7 +37,7 @@ def run(station: StationClient, arguments: argparse.Namespace) -> int:
     """List the sensors, begin a calibration, or act on those that are running."""
     ids, word = vehicle_ids(arguments.ids), arguments.sensor
     if word is None:
-        return _list(station, ids, as_json=arguments.json)
+        return _list(station, ids, arguments)
     if arguments.undo:
         if word != "rc":
             raise CommandError("--undo: of the transmitter only (rc); sensors are calibrated again")
@@ -43,19 +45,22 @@ def run(station: StationClient, arguments: argparse.Namespace) -> int:
     if word == "cancel":
         return order(station, arguments, CancelCalibration(ids))
     if word == "next":
-        return tell(_confirm(station, ids), as_json=arguments.json)
+        return tell(_confirm(station, ids), arguments)
     return _calibrate(station, ids, cast(SensorWord, word), arguments)
 
 
-def _list(station: StationClient, ids: Ids, *, as_json: bool) -> int:
+def _list(station: StationClient, ids: Ids, arguments: argparse.Namespace) -> int:
     reply = station.ask(GetCalibrations(ids))
 
+    def rows(vehicle: int) -> list[CalibrationRow]:
+        return [row for row in reply.calibrations if row.vehicle == vehicle]
+
     def lines(vehicle: int) -> list[str]:
-        rows = (row for row in reply.calibrations if row.vehicle == vehicle)
-        return [f"{vehicle:>4} {row.sensor:<12} {_begin_words(row)}" for row in rows]
+        return [f"{vehicle:>4} {row.sensor:<12} {_begin_words(row)}" for row in rows(vehicle)]
 
     shown = lines_by_vehicle(reply, ids, lines, "this autopilot has none")
-    return tell_reply(reply, reply.calibrations, shown, as_json=as_json)
+    entries = reports_by_vehicle(reply, ids, lambda vehicle: {"calibrations": rows(vehicle)})
+    return tell_reply(arguments, reply, shown, entries)
 
 
 def _begin_words(row: CalibrationRow) -> str:
@@ -71,11 +76,11 @@ def _calibrate(station: StationClient, ids: Ids, sensor: SensorWord, arguments: 
         for words in dict.fromkeys(map(_begin_words, rows)):
             say(f"{listed([row.vehicle for row in rows if _begin_words(row) == words])}: {words}")
         if not confirmed(f"calibrate {sensor} of {listed(rest)}", yes=False):
-            return FAILED
+            return not_sent(arguments)
     reply = station.begin(Calibrate(rest, sensor)) if rest else ServiceReply(ok=True)
     own = {info.vehicle: VehicleOutcome(info.vehicle, False, "forgotten", info.number) for info in joined}
     ended = {one.vehicle: one for one in station.finish(reply, PromptGuide(station), joined)}
-    return tell([ended.get(v) or own[v] for v in ids], as_json=arguments.json)
+    return tell([ended.get(v) or own[v] for v in ids], arguments)
 
 
 def _running(station: StationClient, ids: Ids) -> Sequence[TaskInfo]:

@@ -6,9 +6,17 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from tui_gcs.cli.exit_codes import FAILED, CommandError
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.file_access import may_write, put
-from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, confirmed, order, tell, tell_lines
+from tui_gcs.cli.vehicle.station_client import (
+    StationClient,
+    VehicleOutcome,
+    confirmed,
+    not_sent,
+    order,
+    tell,
+    tell_lines,
+)
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.regular_file import open_plain
@@ -39,7 +47,7 @@ def run_logs(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _ls(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ListFiles(vehicle_ids(arguments.ids), arguments.path))
-    return tell_lines(ended, _file_lines, as_json=arguments.json)
+    return tell_lines(ended, _file_lines, arguments)
 
 
 def _file_lines(one: VehicleOutcome) -> Iterator[str]:
@@ -71,7 +79,7 @@ def _rm(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _list_logs(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ListLogs(vehicle_ids(arguments.ids)))
-    return tell_lines(ended, _log_lines, as_json=arguments.json)
+    return tell_lines(ended, _log_lines, arguments)
 
 
 def _log_lines(one: VehicleOutcome) -> Iterator[str]:
@@ -109,7 +117,7 @@ def _may_copy(arguments: argparse.Namespace) -> bool:
 def _fetch(station: StationClient, arguments: argparse.Namespace, request: DownloadFile | DownloadLog) -> int:
     """Fetch files, report where the station keeps them, and copy the wanted one to this folder."""
     if not _may_copy(arguments):
-        return FAILED
+        return not_sent(arguments)
     ended = station.carry_out(request)
     try:
         folder = state_dir(station.kind)
@@ -119,9 +127,10 @@ def _fetch(station: StationClient, arguments: argparse.Namespace, request: Downl
         if one.ok and one.result.path:
             kept = folder / one.result.path
             one.text = str(kept)
+            one.data = {"path": str(kept)}
             if arguments.file is not None:
                 _copy(kept, Path(arguments.file), one)
-    return tell(ended, as_json=arguments.json)
+    return tell(ended, arguments)
 
 
 def _copy(kept: Path, target: Path, one: VehicleOutcome) -> None:

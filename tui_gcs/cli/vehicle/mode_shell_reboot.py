@@ -1,18 +1,19 @@
 """`tui-gcs vehicle mode`, `shell` and `reboot`."""
 
 import argparse
+from dataclasses import replace
 
 import msgspec
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.command_report import VehicleReport, finish, of_vehicles
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.vehicle.station_client import (
+    NOT_SENT,
     StationClient,
     VehicleOutcome,
     confirmed,
-    exit_code,
     order,
     say,
-    say_json,
     tell,
 )
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
@@ -28,7 +29,7 @@ def run_mode(station: StationClient, arguments: argparse.Namespace) -> int:
     if arguments.name is None:
         return _list_modes(station, arguments)
     request = SetMode(vehicle_ids(arguments.ids), arguments.name, sure=arguments.yes)
-    return tell(carry_out_sure(station, request, f"mode {arguments.name}"), as_json=arguments.json)
+    return tell(carry_out_sure(station, request, f"mode {arguments.name}"), arguments)
 
 
 def _list_modes(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -40,14 +41,14 @@ def _list_modes(station: StationClient, arguments: argparse.Namespace) -> int:
         station.pause()
         reply = station.ask(GetModes(vehicle))
     if not reply.ok:
-        raise CommandError(reply.text)
-    if arguments.json:
-        say_json({"vehicle": vehicle, "mode": reply.text, "modes": reply.modes})
-        return OK
-    for mode in reply.modes:
+        raise CommandError(reply.text, ReportCode.REFUSED)
+    for mode in reply.modes if not arguments.json else ():
         present = "*" if mode.name == reply.text else " "
         say(f"{present} {mode.name}" + ("  (for experts)" if mode.advanced else ""))
-    return OK if reply.modes else FAILED
+    data = {"mode": reply.text, "modes": reply.modes}
+    text = "" if reply.modes else "it has not listed its modes"
+    code = ReportCode.NONE if reply.modes else ReportCode.FAILED
+    return finish(arguments, of_vehicles([VehicleReport(vehicle, bool(reply.modes), code, text, data)]))
 
 
 Meant = SetMode | SetParams | SetGain | SetCurrentItem
@@ -57,12 +58,13 @@ Meant = SetMode | SetParams | SetGain | SetCurrentItem
 def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[VehicleOutcome]:
     """Send a request; where the station wants a confirmation, ask the user and send it again for those vehicles."""
     ended = station.carry_out(request)
-    unsure = {one.vehicle: one for one in ended if one.text.endswith(MEANT)}
+    unsure = {one.vehicle: one for one in ended if not one.ok and one.code is ReportCode.NOT_CONFIRMED}
     if not unsure:
         return ended
     why = next(iter(unsure.values())).text.removesuffix(f": {MEANT}")
     if not confirmed(f"{listed(tuple(unsure))}: {act} ({why})", yes=False, vehicles=len(unsure)):
-        return ended
+        declined = {v: replace(one, code=ReportCode.CANCELLED, text=NOT_SENT) for v, one in unsure.items()}
+        return [declined.get(one.vehicle, one) for one in ended]
     sure = {"in_flight": True} if isinstance(request, SetParams) else {"sure": True}
     again = station.carry_out(msgspec.structs.replace(request, vehicles=tuple(unsure), **sure))
     second = {one.vehicle: one for one in again}
@@ -74,14 +76,12 @@ def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
     if not arguments.line:
         raise CommandError("nothing to type, e.g.: tui-gcs vehicle shell 2 ver all")
     ended = station.carry_out(TypeShell(vehicle_ids(arguments.ids), " ".join(arguments.line)))
-    if arguments.json:
-        return tell(ended, as_json=True)
-    for one in ended:
+    for one in ended if not arguments.json else ():
         if len(ended) > 1 or not one.ok:
             say(f"vehicle {one.vehicle}:" + ("" if one.ok else f" FAILED: {one.text}"))
         for line in one.result.lines:
             say(line)
-    return exit_code(ended)
+    return finish(arguments, of_vehicles(one.report() for one in ended))
 
 
 def run_reboot(station: StationClient, arguments: argparse.Namespace) -> int:

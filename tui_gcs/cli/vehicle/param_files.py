@@ -6,17 +6,18 @@ from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.command_report import VehicleReport, finish, of_vehicles
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.files.file_access import read_any
 from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.station_client import (
     StationClient,
     VehicleOutcome,
     confirmed,
+    not_sent,
     say,
-    say_json,
+    say_failed,
     tell,
-    tell_failed,
 )
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.base.float32 import shown
@@ -44,16 +45,16 @@ def save(station: StationClient, arguments: argparse.Namespace) -> int:
     vehicle = only_one(arguments.ids, "for one file")
     ended = station.carry_out(FetchParams((vehicle,)))
     if not ended[0].ok:
-        return tell(ended, as_json=arguments.json)
+        return tell(ended, arguments)
     reply, info = station.ask(GetParams(vehicle)), station.ask(GetVehicles((vehicle,))).vehicles
     if not reply.complete:
-        return tell([VehicleOutcome(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
+        return tell([VehicleOutcome(vehicle, False, "not all of its parameters came")], arguments)
     who = f"{info[0].autopilot} {info[0].firmware}".strip() if info else ""
     data = parameter_file(arguments.file, vehicle, who, reply.params)
     if not write_here(Path(arguments.file), data, yes=arguments.yes):
-        return FAILED
+        return not_sent(arguments)
     text = f"{len(reply.params)} parameters written to {arguments.file}"
-    return tell([VehicleOutcome(vehicle, True, text)], as_json=arguments.json)
+    return tell([VehicleOutcome(vehicle, True, text)], arguments)
 
 
 # ---------------------------------------------------------------- to vehicles
@@ -75,12 +76,12 @@ def diff(station: StationClient, arguments: argparse.Namespace) -> int:
     """Print where vehicles differ from a file; the exit code is 0 if they do not."""
     wanted, _ = _wanted(arguments)
     found, failed = _differences(station, vehicle_ids(arguments.ids), wanted)
-    if arguments.json:
-        say_json([_row(one) for one in found])
-    for one in found if not arguments.json else ():
-        _show(one)
-    tell_failed(failed)
-    return FAILED if failed or any(one.wanted or one.missing for one in found) else OK
+    if not arguments.json:
+        for one in found:
+            _show(one)
+        say_failed(failed)
+    entries = [*(_report(one) for one in found), *(one.report() for one in failed)]
+    return finish(arguments, of_vehicles(sorted(entries, key=lambda entry: entry.vehicle)))
 
 
 def load(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -102,9 +103,9 @@ def load(station: StationClient, arguments: argparse.Namespace) -> int:
         most = counted(max(len(one.wanted) for one in changed), "parameter")
         act = f"set {'up to ' * (len(ids) > 1)}{most} of {listed(ids)}"
         if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
-            return FAILED
+            return not_sent(arguments)
     ended += [_set(station, one) for one in changed]
-    return tell(sorted([*failed, *ended], key=lambda one: one.vehicle), as_json=arguments.json)
+    return tell(sorted([*failed, *ended], key=lambda one: one.vehicle), arguments)
 
 
 def _of_another(one: ParameterDifference, names: int) -> str:
@@ -183,6 +184,9 @@ def _show(one: ParameterDifference) -> None:
         say(f"{one.vehicle:>4} holds all of it")
 
 
-def _row(one: ParameterDifference) -> dict[str, object]:
+def _report(one: ParameterDifference) -> VehicleReport:
     values = {name: {"held": one.held[name].value, "file": value} for name, value in one.wanted.items()}
-    return {"vehicle": one.vehicle, "differ": values, "missing": list(one.missing)}
+    same = not (one.wanted or one.missing)
+    text = "holds all of it" if same else f"{len(one.wanted)} differ, {len(one.missing)} are missing"
+    data = {"differ": values, "missing": one.missing}
+    return VehicleReport(one.vehicle, same, ReportCode.NONE if same else ReportCode.FAILED, text, data)

@@ -4,19 +4,11 @@ import argparse
 from fnmatch import fnmatchcase
 from functools import partial
 
+from tui_gcs.cli.command_report import finish, of_vehicles
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle import param_files as files
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
-from tui_gcs.cli.vehicle.station_client import (
-    StationClient,
-    VehicleOutcome,
-    exit_code,
-    say,
-    say_json,
-    tell,
-    tell_failed,
-    tell_lines,
-)
+from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, say, say_failed, tell, tell_lines
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.core.base.float32 import shown, typed_number
 from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
@@ -30,7 +22,7 @@ def run(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _get(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ReadParams(vehicle_ids(arguments.ids), tuple(dict.fromkeys(arguments.names))))
-    return tell_lines(ended, lambda one: map(partial(_line, one.vehicle), one.result.params), as_json=arguments.json)
+    return tell_lines(ended, lambda one: map(partial(_line, one.vehicle), one.result.params), arguments)
 
 
 def _line(vehicle: int, row: ParamRow) -> str:
@@ -52,7 +44,7 @@ def _set(station: StationClient, arguments: argparse.Namespace) -> int:
         if one.ok:
             remark = f" ({one.text})" if one.text else ""
             one.text = ", ".join(f"{row.name} = {shown(row.value)}" for row in one.result.params) + remark
-    return tell(ended, as_json=arguments.json)
+    return tell(ended, arguments)
 
 
 def number_argument(text: str) -> int | float:
@@ -67,24 +59,21 @@ def _list(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
     fetched = station.carry_out(FetchParams(ids)) if arguments.fetch else []
     failed = {one.vehicle: one for one in fetched if not one.ok}
-    rows: dict[str, tuple[ParamRow, ...]] = {}
     ended: list[VehicleOutcome] = []
     for vehicle in ids:
         reply = station.ask(GetParams(vehicle))
         found = tuple(row for row in reply.params if _fits(row.name, arguments.pattern))
-        rows[str(vehicle)] = found
         text = "" if reply.complete or not reply.ok else f"{len(reply.params)} are known, --fetch asks for all"
         ended.append(failed.get(vehicle) or VehicleOutcome(vehicle, reply.ok, reply.text or text))
+        ended[-1].data = {"params": found, "complete": reply.complete}
         if not arguments.json:
             for row in found:
                 say(_line(vehicle, row))
             if text and vehicle not in failed:
                 say(f"vehicle {vehicle}: {text}")
-    if arguments.json:
-        say_json(rows)
-    else:
-        tell_failed(ended)
-    return exit_code(ended)
+    if not arguments.json:
+        say_failed(ended)
+    return finish(arguments, of_vehicles(one.report() for one in ended))
 
 
 def _fits(name: str, pattern: str) -> bool:

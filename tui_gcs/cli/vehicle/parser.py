@@ -25,12 +25,12 @@ HELP = ("-h", "--help")
 """Options that stay where they are: `plan upload --help` asks about upload, not about plan."""
 
 
-class AnyOrderParser(argparse.ArgumentParser):
+class AnyOrderParser(options.CommandLineParser):
     """A parser that takes options between positional arguments, where argparse would miss optional positional ones."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, with the known options moved to the front."""
-        options: list[str] = []
+        moved: list[str] = []
         others: list[str] = []
         words = iter(args or ())
         for word in words:
@@ -38,10 +38,10 @@ class AnyOrderParser(argparse.ArgumentParser):
             if word == "--" or action is None or word in HELP:
                 others += [word, *words] if word == "--" else [word]
                 continue
-            options.append(word)
+            moved.append(word)
             if action.nargs != 0 and "=" not in word:
-                options += [value for value in [next(words, None)] if value is not None]
-        return super().parse_known_args([*options, *others], namespace)
+                moved += [value for value in [next(words, None)] if value is not None]
+        return super().parse_known_args([*moved, *others], namespace)
 
 
 def add(commands: Commands) -> None:
@@ -72,7 +72,7 @@ def _leaf(
         parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4: as the fly screen numbers them")
     names = ("--station",) if plan else ("--kind", "--station")
     parser.add_argument(*names, dest="station", choices=("sim", "live"), help="which station, where both run")
-    parser.add_argument("--json", action="store_true", help="for scripts")
+    options.report(parser)
     if destructive:
         parser.add_argument("--yes", action="store_true", help="do not ask")
     return parser

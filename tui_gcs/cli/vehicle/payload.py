@@ -4,15 +4,15 @@ import argparse
 import math
 from itertools import chain
 
-from tui_gcs.cli.exit_codes import OK, CommandError
+from tui_gcs.cli.command_report import CommandReport, finish, of_vehicles
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle.station_client import (
     StationClient,
-    exit_code,
     lines_by_vehicle,
     order,
+    reports_by_vehicle,
     say,
-    say_json,
-    tell_failed,
+    say_failed,
     tell_reply,
 )
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
@@ -47,7 +47,7 @@ def run_gimbal(station: StationClient, arguments: argparse.Namespace) -> int:
     if arguments.act == "release":
         return order(station, arguments, ReleaseGimbal(ids))
     if arguments.pitch is None and arguments.yaw is None:
-        return _payloads(station, ids, "gimbal", as_json=arguments.json)
+        return _payloads(station, ids, "gimbal", arguments)
     request = PointGimbal(ids, arguments.pitch or 0.0, arguments.yaw or 0.0, to_north=arguments.north)
     return order(station, arguments, request)
 
@@ -56,21 +56,26 @@ def run_camera(station: StationClient, arguments: argparse.Namespace) -> int:
     """Take a picture, start or stop a video, or print the known cameras."""
     ids = vehicle_ids(arguments.ids)
     if arguments.act is None:
-        return _payloads(station, ids, "camera", as_json=arguments.json)
+        return _payloads(station, ids, "camera", arguments)
     return order(station, arguments, UseCamera(ids, arguments.act))
 
 
-def _payloads(station: StationClient, ids: tuple[int, ...], kind: str, *, as_json: bool) -> int:
+def _payloads(station: StationClient, ids: tuple[int, ...], kind: str, arguments: argparse.Namespace) -> int:
     station.carry_out(AskPayloads(ids))
     reply = station.ask(GetPayloads(ids))
-    rows = [row for row in reply.payloads if row.kind == kind]
+
+    def rows(vehicle: int) -> list[PayloadRow]:
+        return [row for row in reply.payloads if row.kind == kind and row.vehicle == vehicle]
+
     lines = lines_by_vehicle(
         reply,
         ids,
-        lambda vehicle: [f"{vehicle:>4} {_payload(row)}" for row in rows if row.vehicle == vehicle],
+        lambda vehicle: [f"{vehicle:>4} {_payload(row)}" for row in rows(vehicle)],
         f"no {kind} was heard; its autopilot may have one that reports nothing",
     )
-    return tell_reply(reply, rows, lines, as_json=as_json)
+    return tell_reply(
+        arguments, reply, lines, reports_by_vehicle(reply, ids, lambda vehicle: {"payloads": rows(vehicle)})
+    )
 
 
 def _payload(row: PayloadRow) -> str:
@@ -113,15 +118,16 @@ def run_traffic(station: StationClient, arguments: argparse.Namespace) -> int:
         new_at = look if len(rows) > before else new_at
         if rows and look - new_at >= QUIET_LOOKS:
             break
-    if arguments.json:
-        say_json(rows)
-    else:
+    if not arguments.json:
         for row in rows:
             say(_traffic(row))
         if not rows:
             say("no aircraft was heard within the last minute")
-        tell_failed([one for one in outcomes if not one.ok])
-    return exit_code(outcomes) if outcomes else OK
+        say_failed(outcomes)
+    data = {"traffic": rows}
+    if not outcomes:
+        return finish(arguments, CommandReport(True, data=data))
+    return finish(arguments, of_vehicles((one.report() for one in outcomes), data=data))
 
 
 def _traffic(row: TrafficRow) -> str:
@@ -150,7 +156,11 @@ def run_remote_id(station: StationClient, arguments: argparse.Namespace) -> int:
         for row in reply.remote_ids
         if not row.vehicle
     )
-    return tell_reply(reply, reply.remote_ids, chain(own, *others), as_json=arguments.json)
+    heard = [row for row in reply.remote_ids if not row.vehicle]
+    entries = reports_by_vehicle(
+        reply, ids, lambda vehicle: {"remote_ids": [row for row in reply.remote_ids if row.vehicle == vehicle]}
+    )
+    return tell_reply(arguments, reply, chain(own, *others), entries, {"others": heard})
 
 
 def _remote_id(whose: str, row: RemoteIdRow) -> list[str]:

@@ -1,17 +1,30 @@
 """`tui-gcs vehicle plan …`: missions, fences and rally points."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from tui_gcs.cli.exit_codes import FAILED, CommandError
+import msgspec
+
+from tui_gcs.cli.command_report import VehicleReport, finish, of_vehicles
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.file_access import read_any
 from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.plan_findings import warnings
-from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, confirmed, order, say, tell, tell_lines
+from tui_gcs.cli.vehicle.station_client import (
+    StationClient,
+    VehicleOutcome,
+    confirmed,
+    not_sent,
+    order,
+    say,
+    say_outcomes,
+    tell,
+    tell_lines,
+)
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import ConversionOptions, convert
@@ -36,7 +49,7 @@ def _kind(arguments: argparse.Namespace) -> PlanKind:
 
 def _show(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(DownloadPlan(vehicle_ids(arguments.ids), arguments.kind))
-    return tell_lines(ended, partial(_lines, _kind(arguments)), as_json=arguments.json)
+    return tell_lines(ended, partial(_lines, _kind(arguments)), arguments)
 
 
 def _lines(kind: PlanKind, one: VehicleOutcome) -> Iterator[str]:
@@ -60,7 +73,7 @@ def _clear(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _current(station: StationClient, arguments: argparse.Namespace) -> int:
     request = SetCurrentItem(vehicle_ids(arguments.ids), arguments.item, sure=arguments.yes)
-    return tell(carry_out_sure(station, request, f"go on with item {arguments.item}"), as_json=arguments.json)
+    return tell(carry_out_sure(station, request, f"go on with item {arguments.item}"), arguments)
 
 
 def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -74,7 +87,7 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
     act = f"replace the {' and the '.join(plan.kind.word for plan in plans)} of {listed(ids)}"
     act += " also while it is flown" * arguments.in_flight + " all the same" * bool(warned)
     if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
-        return FAILED
+        return not_sent(arguments)
     ended: list[VehicleOutcome] = []
     for plan in plans:  # what failed to take its fence gets no mission
         left = tuple(v for v in ids if all(one.ok for one in ended if one.vehicle == v))
@@ -85,7 +98,17 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
             for one in done:
                 one.text = f"{plan.kind.word}: {one.text or ('done' if one.ok else 'no reason was given')}"
         ended += done
-    return tell(ended, as_json=arguments.json)
+    if not arguments.json:
+        say_outcomes(ended)
+    notes = {"notes": [*content.notes, *content.left_out]}
+    return finish(arguments, of_vehicles((_together(v, ended) for v in ids), data=notes))
+
+
+def _together(vehicle: int, ended: Sequence[VehicleOutcome]) -> VehicleReport:
+    """Return one result for the plans that were sent to a vehicle one after the other, with the code of the last."""
+    reports = [one.report() for one in ended if one.vehicle == vehicle]
+    text = "; ".join(filter(None, (report.text for report in reports)))
+    return msgspec.structs.replace(reports[-1], text=text)
 
 
 def _all_px4(station: StationClient, ids: tuple[int, ...]) -> bool:
@@ -129,7 +152,7 @@ def _download(station: StationClient, arguments: argparse.Namespace) -> int:
     for kind in kinds:
         ended = station.carry_out(DownloadPlan((vehicle,), kind.word))
         if not ended[0].ok:
-            return tell(ended, as_json=arguments.json)
+            return tell(ended, arguments)
         plans[kind] = plan_of(kind, ended[0].result.plan or ())
     content = Content(plans.get(PlanKind.MISSION), plans.get(PlanKind.FENCE), plans.get(PlanKind.RALLY))
     infos = station.ask(GetVehicles((vehicle,))).vehicles
@@ -141,12 +164,10 @@ def _download(station: StationClient, arguments: argparse.Namespace) -> int:
     except FormatError as error:
         raise CommandError(f"{arguments.file}: {error}") from None
     if not write_here(Path(arguments.file), written.data, yes=arguments.yes):
-        return FAILED
+        return not_sent(arguments)
     counts = " and ".join(f"{kind.word} of {len(plan.items)} items" for kind, plan in plans.items())
     lost = "".join(f"; left out: {text}" for text in written.left_out)
-    return tell(
-        [VehicleOutcome(vehicle, not lost, f"{counts} written to {arguments.file}{lost}")], as_json=arguments.json
-    )
+    return tell([VehicleOutcome(vehicle, not lost, f"{counts} written to {arguments.file}{lost}")], arguments)
 
 
 _AUTOPILOTS = {"PX4": AUTOPILOT_PX4, "ArduCopter": AUTOPILOT_ARDUPILOT, "ArduPilot": AUTOPILOT_ARDUPILOT}

@@ -7,7 +7,15 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.params import number_argument
 from tui_gcs.cli.vehicle.prompts import PromptGuide
-from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, order, tell, tell_lines, tell_reply
+from tui_gcs.cli.vehicle.station_client import (
+    StationClient,
+    VehicleOutcome,
+    order,
+    reports_by_vehicle,
+    tell,
+    tell_lines,
+    tell_reply,
+)
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.firmware.calibration_setup import motor_word
@@ -41,8 +49,8 @@ def run_tune(station: StationClient, arguments: argparse.Namespace) -> int:
         request = SetGain(good, name, number_argument(arguments.value), sure=arguments.yes)
         ended = carry_out_sure(station, request, f"set {name} = {arguments.value}") if good else []
         second = {one.vehicle: one for one in ended}
-        return tell([second.get(one.vehicle, one) for one in read], as_json=arguments.json)
-    return tell_lines(read, _gain_lines, as_json=arguments.json)
+        return tell([second.get(one.vehicle, one) for one in read], arguments)
+    return tell_lines(read, _gain_lines, arguments)
 
 
 def _gain_lines(one: VehicleOutcome) -> Iterator[str]:
@@ -60,15 +68,13 @@ def run_airframe(station: StationClient, arguments: argparse.Namespace) -> int:
     """Print a vehicle's airframe and the possible ones, or set another."""
     ids = vehicle_ids(arguments.ids)
     if arguments.act == "list":
-        return _choices(station, ids, as_json=arguments.json)
+        return _choices(station, ids, arguments)
     if arguments.act == "set":
         return _choose(station, ids, arguments)
     if arguments.words:
         raise CommandError("say `list`, or `set` and what it is")
     ended = station.carry_out(ReadAirframe(ids))
-    return tell_lines(
-        ended, lambda one: (_airframe_line(one.vehicle, row) for row in one.result.airframe), as_json=arguments.json
-    )
+    return tell_lines(ended, lambda one: (_airframe_line(one.vehicle, row) for row in one.result.airframe), arguments)
 
 
 def _airframe_line(vehicle: int, row: AirframeRow) -> str:
@@ -76,14 +82,17 @@ def _airframe_line(vehicle: int, row: AirframeRow) -> str:
     return f"{vehicle:>4} {row.label:<9} {choice}  ({row.param})"
 
 
-def _choices(station: StationClient, ids: tuple[int, ...], *, as_json: bool) -> int:
+def _choices(station: StationClient, ids: tuple[int, ...], arguments: argparse.Namespace) -> int:
     reply = station.ask(GetAirframes(ids))
     lines = (
         f"{row.vehicle:>4} {row.label:<9} {value:>6} {name}"
         for row in reply.airframes
         for value, name in sorted(row.choices.items())
     )
-    return tell_reply(reply, reply.airframes, lines, as_json=as_json)
+    entries = reports_by_vehicle(
+        reply, ids, lambda vehicle: {"airframes": [row for row in reply.airframes if row.vehicle == vehicle]}
+    )
+    return tell_reply(arguments, reply, lines, entries)
 
 
 def _choose(station: StationClient, ids: tuple[int, ...], arguments: argparse.Namespace) -> int:

@@ -3,12 +3,15 @@
 import argparse
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.vehicle.station_client import StationClient, say, say_json, tell_lines, tell_reply
+from msgspec.structs import asdict
+
+from tui_gcs.cli.command_report import CommandReport, VehicleReport, finish
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
+from tui_gcs.cli.vehicle.station_client import StationClient, reports_by_vehicle, say, tell_lines, tell_reply
 from tui_gcs.cli.vehicle_numbers import listed, vehicle_ids
-from tui_gcs.core.protocol.common import GetEvents
+from tui_gcs.core.protocol.common import GetEvents, JournalEvent
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.services import (
     CancelTask,
@@ -26,15 +29,14 @@ MAX_EVENTS = 500
 def run_list(station: StationClient, arguments: argparse.Namespace) -> int:
     """Print one line for each vehicle that the station knows."""
     vehicles = station.ask(GetVehicles()).vehicles
-    if arguments.json:
-        say_json(vehicles)
-        return OK
-    if not vehicles:
-        say("no vehicle was heard")
-    for v in vehicles:
-        armed = "ARMED" if v.armed else "-"
-        say(f"{v.id:>4} {v.autopilot:<11} {v.firmware:<12} {v.mode:<10} {armed:<6} {v.freshness:<6} {_state(v)}")
-    return OK
+    if not arguments.json:
+        if not vehicles:
+            say("no vehicle was heard")
+        for v in vehicles:
+            armed = "ARMED" if v.armed else "-"
+            say(f"{v.id:>4} {v.autopilot:<11} {v.firmware:<12} {v.mode:<10} {armed:<6} {v.freshness:<6} {_state(v)}")
+    entries = tuple(VehicleReport(v.id, True, text=_state(v), data=asdict(v)) for v in vehicles)
+    return finish(arguments, CommandReport(True, vehicles=entries))
 
 
 def _state(v: VehicleInfo) -> str:
@@ -55,7 +57,8 @@ def run_show(station: StationClient, arguments: argparse.Namespace) -> int:
         station.carry_out(ReadFailsafes(unread))
     reply = station.ask(GetVehicles(ids))
     lines = (line for vehicle in reply.vehicles for line in _lines(vehicle))
-    return tell_reply(reply, reply.vehicles, lines, as_json=arguments.json)
+    infos = {info.id: info for info in reply.vehicles}
+    return tell_reply(arguments, reply, lines, reports_by_vehicle(reply, ids, lambda vehicle: asdict(infos[vehicle])))
 
 
 def _lines(v: VehicleInfo) -> Iterator[str]:
@@ -88,30 +91,39 @@ def run_failsafes(station: StationClient, arguments: argparse.Namespace) -> int:
     return tell_lines(
         ended,
         lambda one: [f"vehicle {one.vehicle}", *_failsafes(one.result.failsafes)] if one.ok else [],
-        as_json=arguments.json,
+        arguments,
     )
 
 
 def run_events(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Print the newest events of vehicles and the orders to them, and follow new ones."""
+    """Print the newest events of vehicles and the orders to them; with --follow new ones, too, a document for each."""
     ids = vehicle_ids(arguments.ids)
+    if arguments.follow and arguments.output is not None:
+        raise CommandError("--follow never ends, so there is no --output: redirect what is printed")
     reply = station.ask(GetVehicles(ids))
     if reply.results:
-        raise CommandError(f"{listed([r.vehicle for r in reply.results])}: {reply.results[0].text}")
+        text = f"{listed([r.vehicle for r in reply.results])}: {reply.results[0].text}"
+        raise CommandError(text, ReportCode.REFUSED)
+    entries = tuple(VehicleReport(vehicle, True) for vehicle in ids)
     after, last = 0, max(0, min(arguments.last, MAX_EVENTS))
     while True:
         events = station.ask(GetEvents(after=after)).events
-        shown = [event for event in events if concerns(event, ids)]
-        for event in shown[len(shown) - last if last < len(shown) else 0 :] if last else []:
-            if arguments.json:
-                say_json(event)
-            else:
-                clock = time.strftime("%H:%M:%S", time.localtime(event.wall_s))
-                say(f"{clock} {event.source:<11} {_SEVERITY[event.severity & 7]:<9} {event.text}")
+        concerned = [event for event in events if concerns(event, ids)]
+        shown = concerned[len(concerned) - last if last < len(concerned) else 0 :] if last else []
+        if not arguments.json:
+            _say_events(shown)
+        elif shown and arguments.follow:
+            finish(arguments, CommandReport(True, data={"events": shown}, vehicles=entries))
         if not arguments.follow:
-            return OK
+            return finish(arguments, CommandReport(True, data={"events": shown}, vehicles=entries))
         after, last = max([after, *(event.seq for event in events)]), MAX_EVENTS
         station.pause()
+
+
+def _say_events(events: Iterable[JournalEvent]) -> None:
+    for event in events:
+        clock = time.strftime("%H:%M:%S", time.localtime(event.wall_s))
+        say(f"{clock} {event.source:<11} {_SEVERITY[event.severity & 7]:<9} {event.text}")
 
 
 _SEVERITY = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "warning", "notice", "info", "debug")
@@ -120,15 +132,19 @@ _SEVERITY = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "warning", "notice", "in
 def run_tasks(station: StationClient, arguments: argparse.Namespace) -> int:
     """Print running and finished tasks."""
     tasks = station.ask(GetTasks()).tasks
-    if arguments.json:
-        say_json(tasks)
-        return OK
+    if not arguments.json:
+        _say_tasks(tasks)
+    of = {info.vehicle: [one for one in tasks if one.vehicle == info.vehicle] for info in tasks}
+    entries = tuple(VehicleReport(vehicle, True, data={"tasks": of[vehicle]}) for vehicle in sorted(of))
+    return finish(arguments, CommandReport(True, vehicles=entries))
+
+
+def _say_tasks(tasks: Sequence[TaskInfo]) -> None:
     if not tasks:
         say("nothing was asked of any vehicle")
     for task in tasks:
         say(f"{task.number:>4} vehicle {task.vehicle:<4} {task.state:<9} {_far(task):<6} {task.what}  by {task.who}"
             + (f": {task.text}" if task.text else ""))  # fmt: skip
-    return OK
 
 
 def _far(task: TaskInfo) -> str:
@@ -138,8 +154,7 @@ def _far(task: TaskInfo) -> str:
 def run_cancel(station: StationClient, arguments: argparse.Namespace) -> int:
     """Cancel a task by its number, whichever console began it."""
     reply = station.ask(CancelTask(arguments.task))
-    if arguments.json:
-        say_json({"task": arguments.task, "ok": reply.ok, "text": reply.text})
-    else:
+    if not arguments.json:
         say(reply.text)
-    return OK if reply.ok else FAILED
+    code = ReportCode.NONE if reply.ok else ReportCode.REFUSED
+    return finish(arguments, CommandReport(reply.ok, code, reply.text, {"task": arguments.task}))

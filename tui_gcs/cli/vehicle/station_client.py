@@ -4,20 +4,21 @@ import argparse
 import select
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import msgspec
 
+from tui_gcs.cli.command_report import CommandReport, VehicleReport, finish, of_vehicles
 from tui_gcs.cli.common import join
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.station_control import which
 from tui_gcs.cli.vehicle_numbers import listed, vehicle_ids
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.bus import Bus, BusError
-from tui_gcs.core.protocol.common import Request, decode, encode
+from tui_gcs.core.protocol.common import ReplyCode, Request, VehicleResult, decode, encode
 from tui_gcs.core.protocol.services import GetTaskResult, GetTasks, ServiceReply, TaskInfo, TaskResult
 
 POLL_S = 0.2
@@ -40,8 +41,18 @@ class VehicleOutcome:
     text: str
     task: int = 0
     result: TaskResult = field(default_factory=TaskResult)
-    cancelled: bool = False
-    """The user cancelled it: this is not a failure."""
+    code: ReportCode = ReportCode.FAILED
+    """Why it is not ok; without meaning where it is."""
+    data: dict[str, Any] = field(default_factory=dict)
+    """What is reported of it in JSON, beside its task and result."""
+
+    def report(self) -> VehicleReport:
+        """Return it as it stands in the JSON document; of its result the fields that hold something."""
+        empty = TaskResult()
+        held = {name: getattr(self.result, name) for name in self.result.__struct_fields__}
+        data = {name: value for name, value in held.items() if value != getattr(empty, name)}
+        data |= ({"task": self.task} if self.task else {}) | self.data
+        return VehicleReport(self.vehicle, self.ok, ReportCode.NONE if self.ok else self.code, self.text, data)
 
 
 class TaskWatcher(Protocol):
@@ -78,7 +89,7 @@ class StationClient:
         try:
             return decode(self._bus.ask("gcs/req/cli", question, timeout_s=ASK_LIMIT_S), ServiceReply)
         except (BusError, msgspec.MsgspecError) as error:
-            raise CommandError(str(error)) from None
+            raise CommandError(str(error), ReportCode.NO_ANSWER) from None
 
     def carry_out(self, request: Request, watcher: "TaskWatcher | None" = None) -> list[VehicleOutcome]:
         """Send a request, wait for its tasks, and return one result per vehicle, in order. Raises `CommandError`."""
@@ -88,7 +99,7 @@ class StationClient:
         """Send a request that starts tasks, and return its reply. Raises `CommandError`."""
         reply = self.ask(request)
         if not reply.results and not reply.ok:
-            raise CommandError(clean(reply.text))
+            raise CommandError(clean(reply.text), ReportCode.REFUSED)
         return reply
 
     def finish(
@@ -101,14 +112,15 @@ class StationClient:
         numbers = {info.vehicle: info.number for info in reply.tasks}
         others = {info.vehicle: info.number for info in joined}
         infos = {info.vehicle: info for info in self._wait((*numbers.values(), *others.values()), watcher)}
-        return [
-            self._ended(infos[r.vehicle])
-            if r.vehicle in infos
-            else VehicleOutcome(
-                r.vehicle, r.ok and r.vehicle not in numbers, r.text if r.vehicle not in numbers else "forgotten"
-            )
-            for r in reply.results
-        ] + [self._ended(infos[vehicle]) for vehicle in others if vehicle in infos]
+        ended = []
+        for result in reply.results:
+            if result.vehicle in infos:
+                ended.append(self._ended(infos[result.vehicle]))
+            elif result.vehicle in numbers:
+                ended.append(VehicleOutcome(result.vehicle, False, "forgotten", numbers[result.vehicle]))
+            else:
+                ended.append(VehicleOutcome(result.vehicle, result.ok, result.text, code=refusal(result)))
+        return ended + [self._ended(infos[vehicle]) for vehicle in others if vehicle in infos]
 
     def entered(self) -> bool:
         """Return whether the user has typed a line since the last look."""
@@ -129,7 +141,8 @@ class StationClient:
     def _ended(self, info: TaskInfo) -> VehicleOutcome:
         result = self.ask(GetTaskResult(info.number)).result or TaskResult()
         text = info.text or ("" if info.state == "done" else info.state)
-        return VehicleOutcome(info.vehicle, info.state == "done", text, info.number, result, info.state == "cancelled")
+        code = ReportCode.CANCELLED if info.state == "cancelled" else ReportCode.FAILED
+        return VehicleOutcome(info.vehicle, info.state == "done", text, info.number, result, code)
 
     def _wait(self, numbers: tuple[int, ...], watcher: TaskWatcher) -> Sequence[TaskInfo]:
         infos: Sequence[TaskInfo] = ()
@@ -213,16 +226,23 @@ def confirmed(act: str, *, yes: bool, vehicles: int = 1) -> bool:
     if yes:
         return True
     if not sys.stdin.isatty():
-        raise CommandError(f"{act}: say --yes, or answer on a terminal")
+        raise CommandError(f"{act}: say --yes, or answer on a terminal", ReportCode.NOT_CONFIRMED)
     # A habitual "y" must not confirm for a whole fleet: the number has to be read to be typed (docs/threats.md D.1).
     accepted = ("y", "yes") if vehicles == 1 else (str(vehicles),)
     how = "[y/N]" if vehicles == 1 else f"type their number, {vehicles}:"
     sys.stdout.write(f"{clean(act, LINE_CELLS)}? {how} ")
     sys.stdout.flush()
-    if sys.stdin.readline().strip().lower() in accepted:
-        return True
-    say("nothing was sent")
-    return False
+    return sys.stdin.readline().strip().lower() in accepted
+
+
+NOT_SENT = "nothing was sent"
+
+
+def not_sent(arguments: argparse.Namespace) -> int:
+    """Report that the user did not confirm; return the exit code."""
+    if not arguments.json:
+        say(NOT_SENT)
+    return finish(arguments, CommandReport(False, ReportCode.CANCELLED, NOT_SENT))
 
 
 def say(text: str) -> None:
@@ -230,52 +250,75 @@ def say(text: str) -> None:
     sys.stdout.write(clean(text, LINE_CELLS).rstrip() + "\n")
 
 
-def say_json(thing: Any) -> None:
-    """Print JSON for scripts; numbers that are not finite are null."""
-    sys.stdout.write(msgspec.json.encode(thing).decode() + "\n")
+def tell(ended: Sequence[VehicleOutcome], arguments: argparse.Namespace) -> int:
+    """Print one line per vehicle, or the document, and return the exit code."""
+    if not arguments.json:
+        say_outcomes(ended)
+    return finish(arguments, of_vehicles(one.report() for one in ended))
 
 
-def tell(ended: Sequence[VehicleOutcome], *, as_json: bool) -> int:
-    """Print one line per vehicle and return the exit code."""
-    if as_json:
-        say_json([as_row(one) for one in ended])
-    else:
-        for one in ended:
-            word = "" if one.ok or one.cancelled else "FAILED: "
-            say(f"vehicle {one.vehicle}: {word}{one.text or ('done' if one.ok else 'no reason was given')}")
-    return exit_code(ended)
+def say_outcomes(ended: Sequence[VehicleOutcome]) -> None:
+    """Print one line per vehicle."""
+    for one in ended:
+        word = "" if one.ok or one.code is ReportCode.CANCELLED else "FAILED: "
+        say(f"vehicle {one.vehicle}: {word}{one.text or ('done' if one.ok else 'no reason was given')}")
 
 
-def as_row(one: VehicleOutcome) -> dict[str, Any]:
-    """Return one result for JSON, with its details."""
-    empty = msgspec.to_builtins(TaskResult())
-    came = {key: value for key, value in msgspec.to_builtins(one.result).items() if value != empty[key]}
-    return {"vehicle": one.vehicle, "ok": one.ok, "text": one.text, "task": one.task} | came
+def say_failed(ended: Sequence[VehicleOutcome]) -> None:
+    """Print the lines of the vehicles for which it failed."""
+    say_outcomes([one for one in ended if not one.ok])
 
 
 def tell_lines(
-    ended: Sequence[VehicleOutcome], lines: Callable[[VehicleOutcome], Iterable[str]], *, as_json: bool
+    ended: Sequence[VehicleOutcome],
+    lines: Callable[[VehicleOutcome], Iterable[str]],
+    arguments: argparse.Namespace,
 ) -> int:
-    """Print what each result holds, then the failures, and return the exit code."""
-    if as_json:
-        return tell(ended, as_json=True)
-    for one in ended:
-        for line in lines(one):
-            say(line)
-    tell_failed(ended)
-    return exit_code(ended)
+    """Print what each result holds, then the failures, or the document, and return the exit code."""
+    if not arguments.json:
+        for one in ended:
+            for line in lines(one):
+                say(line)
+        say_failed(ended)
+    return finish(arguments, of_vehicles(one.report() for one in ended))
 
 
-def tell_reply(reply: ServiceReply, rows: object, lines: Iterable[str], *, as_json: bool) -> int:
-    """Print the rows of a reply, as JSON or as `lines` and problems, and return the exit code."""
-    if as_json:
-        say_json(rows)
-    else:
+def tell_reply(
+    arguments: argparse.Namespace,
+    reply: ServiceReply,
+    lines: Iterable[str],
+    vehicles: Iterable[VehicleReport],
+    data: Mapping[str, Any] | None = None,
+) -> int:
+    """Print a reply as `lines` and problems, or as the document, and return the exit code."""
+    if not arguments.json:
         for line in lines:
             say(line)
         for result in reply.results:
             say(f"vehicle {result.vehicle}: {result.text}")
-    return OK if reply.ok else FAILED
+    entries = tuple(vehicles)
+    bad = next((entry for entry in entries if not entry.ok), None)
+    code = ReportCode.NONE if reply.ok else bad.code if bad is not None else ReportCode.REFUSED
+    return finish(arguments, CommandReport(reply.ok, code, reply.text, dict(data or {}), entries))
+
+
+def reports_by_vehicle(
+    reply: ServiceReply, ids: Sequence[int], data: Callable[[int], dict[str, Any]]
+) -> Iterator[VehicleReport]:
+    """Yield an entry of the document for each vehicle: its data, or what the station answered instead."""
+    results = {result.vehicle: result for result in reply.results}
+    for vehicle in ids:
+        if (result := results.get(vehicle)) is None:
+            yield VehicleReport(vehicle, True, data=data(vehicle))
+        else:
+            yield VehicleReport(vehicle, result.ok, refusal(result), result.text)
+
+
+def refusal(result: VehicleResult) -> ReportCode:
+    """Return the code for what the station answered at once for a vehicle."""
+    if result.ok:
+        return ReportCode.NONE
+    return ReportCode.NOT_CONFIRMED if result.code is ReplyCode.NOT_CONFIRMED else ReportCode.REFUSED
 
 
 def lines_by_vehicle(
@@ -298,15 +341,5 @@ def order(
 ) -> int:
     """Carry out a request, after the user confirmed `act` if there is one; print the results, return the exit code."""
     if act and not confirmed(act, yes=arguments.yes, vehicles=len(vehicle_ids(arguments.ids))):
-        return FAILED
-    return tell(station.carry_out(request, watcher), as_json=arguments.json)
-
-
-def tell_failed(ended: Sequence[VehicleOutcome]) -> None:
-    """Print the lines of the vehicles for which it failed."""
-    tell([one for one in ended if not one.ok], as_json=False)
-
-
-def exit_code(ended: Sequence[VehicleOutcome]) -> int:
-    """Return 0 only if all results are good."""
-    return OK if ended and all(one.ok for one in ended) else FAILED
+        return not_sent(arguments)
+    return tell(station.carry_out(request, watcher), arguments)

@@ -2,10 +2,7 @@
 
 import argparse
 import importlib
-import os
-import sys
 
-from tui_gcs.cli.exit_codes import FAILED
 from tui_gcs.cli.vehicle.station_client import open_station
 
 _ACTIONS = {
@@ -43,8 +40,5 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         code: int = act(station, arguments)
         return code
-    except BrokenPipeError:  # whoever read it has seen enough, e.g. `head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
     finally:
         station.close()

@@ -84,10 +84,6 @@ class Summary(msgspec.Struct, frozen=True):
     warnings: tuple[str, ...]
     systems: tuple[SystemSummary, ...]
 
-    def to_json(self) -> str:
-        """The summary as readable JSON that ends in a newline."""
-        return msgspec.json.format(msgspec.json.encode(self), indent=2).decode() + "\n"
-
 
 def summarize(path: Path | str) -> Summary:
     """Read the log once and summarise it.

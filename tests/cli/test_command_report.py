@@ -1,0 +1,161 @@
+"""`--json` and `--output`: one shape for every command, alone on standard output, and for errors too."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.docs.test_pages import generator
+from tests.rigs.reports import PAGE, documented, report_of
+from tui_gcs.cli.exit_codes import ReportCode
+from tui_gcs.cli.installation.general_options import commands
+from tui_gcs.cli.main import command_line_parser, main
+
+DATA = Path(__file__).parents[1] / "data"
+TLOG = str(DATA / "px4-8.tlog")
+
+
+@pytest.fixture(autouse=True)
+def own_directories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
+    monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+
+
+def with_json() -> set[str]:
+    """The commands that take `--json`."""
+    found = set()
+    for path, parser in commands(command_line_parser()):
+        flags = {option: action for action in parser._actions for option in action.option_strings}
+        assert ("--json" in flags) is ("--output" in flags), path
+        if "--json" in flags:
+            assert flags["--json"].nargs == 0, f"{path}: a flag"
+            found.add(" ".join(path))
+    return found
+
+
+def test_both_options_mean_the_same_everywhere_and_every_command_is_documented() -> None:
+    assert with_json() == set(documented())
+
+
+def test_the_schema_is_that_of_the_code() -> None:
+    reference = generator("make_reference")
+    assert reference.SCHEMA.read_text(encoding="utf-8") == reference.schema()
+
+
+def test_every_code_is_documented() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert all(f"| `{code}` |" in text for code in ReportCode if code)
+
+
+def test_the_document_is_alone_on_standard_output(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", TLOG, "--json"]) == 0
+    assert report_of(capsys.readouterr().out, "replay")["data"]["frames"] > 1000
+
+
+def test_the_document_goes_to_a_file_beside_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", TLOG, "--output", "r.json"]) == 0
+    assert capsys.readouterr().out.startswith(f"{TLOG}: ")
+    assert json.loads((tmp_path / "r.json").read_text())["data"]["path"] == TLOG
+
+
+def test_a_warning_goes_to_standard_error_and_into_the_document(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "cut.tlog").write_bytes(Path(TLOG).read_bytes()[:50_003])
+    assert main(["replay", "cut.tlog", "--json"]) == 1
+    out, err = capsys.readouterr()
+    report = report_of(out, "replay")
+    assert report["code"] == "failed" and "ends inside a record" in report["text"] and report["text"] in err
+
+
+@pytest.mark.parametrize("command", sorted(with_json() - {"demo", "doctor", "planner list"}))
+def test_a_command_that_cannot_run_prints_the_same_shape(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """There is no station, and no file of any name."""
+    line = LINES.get(command, f"{command} 1" if command.startswith("vehicle") else command)
+    assert main([*line.split(), "--json"]) == 2
+    out, err = capsys.readouterr()
+    report = report_of(out, command)
+    assert report["code"] == "cannot run" and report["data"] == {} and report["vehicles"] == []
+    assert err == f"tui-gcs: {report['text']}\n"
+
+
+LINES = {
+    "vehicle list": "vehicle list",
+    "vehicle tasks": "vehicle tasks",
+    "task add": "task add --xy 1,2",
+    "task cancel": "task cancel --all",
+    "planner check": "planner check nowhere.py",
+    "vehicle params get": "vehicle params get 1 RTL_ALT",
+    "vehicle params set": "vehicle params set 1 RTL_ALT 1",
+    "vehicle params save": "vehicle params save 1 a.param",
+    "vehicle params load": "vehicle params load 1 a.param",
+    "vehicle params diff": "vehicle params diff 1 a.param",
+    "vehicle plan show": "vehicle plan show 1 --kind fence",
+    "vehicle plan clear": "vehicle plan clear 1 --kind fence",
+    "vehicle plan upload": "vehicle plan upload 1 a.plan",
+    "vehicle plan download": "vehicle plan download 1 a.plan",
+    "vehicle plan current": "vehicle plan current 1 2",
+    "vehicle shell": "vehicle shell 1 ver",
+    "vehicle motor-test": "vehicle motor-test 1 1",
+    "vehicle roi": "vehicle roi 1 none",
+    "vehicle files ls": "vehicle files 1 ls /",
+    "vehicle files get": "vehicle files 1 get /a",
+    "vehicle files put": "vehicle files 1 put a /a",
+    "vehicle files rm": "vehicle files 1 rm /a",
+    "vehicle logs ls": "vehicle logs 1 ls",
+    "vehicle logs get": "vehicle logs 1 get 1",
+    "vehicle logs erase": "vehicle logs 1 erase",
+    "run": "run nowhere.toml",
+    "rehearse": "rehearse nowhere.toml",
+    "check": "check nowhere.toml",
+    "replay": "replay nowhere.toml",
+}
+"""What is typed beside `--json`, where it is other than the command, with vehicle 1."""
+
+
+def test_a_line_that_cannot_be_understood_is_reported_in_json_too(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["vehicle", "show", "--json", "--loud", "3"])
+    assert end.value.code == 2
+    out, err = capsys.readouterr()
+    assert report_of(out)["text"] == "unrecognized arguments: --loud"
+    assert err.endswith("tui-gcs: error: unrecognized arguments: --loud\n")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["demo", "--headless", "--json", "r.json"],
+        ["rehearse", "--json", "r.json"],
+        ["rehearse", "mine.toml", "--seed", "2", "--json", "r.json"],
+        ["-q", "run", "mine.toml", "--json", "r.json", "--yes"],
+        ["demo", "--json=r.json"],
+        ["vehicle", "list", "--json=r.json"],
+    ],
+)
+def test_a_file_after_json_as_it_was_before_names_the_new_options(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == "tui-gcs: --json is a flag: to write the result to a file, give --json --output r.json"
+
+
+def test_a_scenario_may_follow_the_flag(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["rehearse", "--json", "nowhere.toml"]) == 2
+    assert "nowhere.toml" in report_of(capsys.readouterr().out, "rehearse")["text"]
+
+
+def test_an_interrupt_is_reported_in_json_too(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(file: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tui_gcs.core.judging.tlog_summary.summarize", interrupted)
+    assert main(["replay", TLOG, "--json"]) == 130
+    report = report_of(capsys.readouterr().out, "replay")
+    assert (report["code"], report["text"]) == ("cancelled", "interrupted")
