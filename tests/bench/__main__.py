@@ -22,12 +22,14 @@ from tests.bench.guard import guard
 from tests.bench.guardian_figures import guardian
 from tests.bench.guardian_flown import guardian_flown
 from tests.bench.headless import help_cpu, lock_step
+from tests.bench.hold import hold
 from tests.bench.live import live
 from tests.bench.load import latency, load
 from tests.bench.planning.losses import planning_losses
 from tests.bench.planning.planning import planning, planning_long
 from tests.bench.planning.runs import planning_runs
 from tests.bench.planning.turns import planning_turns
+from tests.bench.restart import restart
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim
 from tests.bench.wire import wire
@@ -42,6 +44,8 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "sim": sim,
     "load": load,
     "latency": latency,
+    "hold": hold,
+    "restart": restart,
     "flood": flood,
     "live": live,
     "console": console,

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from itertools import chain
 
 import pytest
 
@@ -127,13 +128,13 @@ def test_a_veto_does_not_claim_that_a_moving_vehicle_holds(rig: MakeRig) -> None
     one = flight.station.flight.flights.by_id[2]
     one.vetoed = "too close to vehicle 1"
     finder = flight.station._alarm_finder
-    found = {f.cause: f.action for f in finder.findings(0.2) if f.subject == 2}
+    found = {f.cause: f.action for f in chain.from_iterable(finder.findings(0.2)) if f.subject == 2}
     assert found["vetoed"] == "", "it stands: it holds, as the advice of the cause says"
     i = flight.sim_index[2]
     flight.sim._vehicles.velocity_m_s[i, 0] = 6.0
     flight.run(0.3)
     one.vetoed = "too close to vehicle 1"
-    found = {f.cause: f.action for f in finder.findings(0.2) if f.subject == 2}
+    found = {f.cause: f.action for f in chain.from_iterable(finder.findings(0.2)) if f.subject == 2}
     assert "does NOT hold" in found["vetoed"]
 
 

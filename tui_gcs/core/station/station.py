@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 
 import msgspec
 
+from tui_gcs.core.alarms.alarm_table import AlarmFinding
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links import Link
 from tui_gcs.core.protocol import bus as keys
@@ -153,10 +154,16 @@ class Station:
         self.flight.follow_control.tick()
         self.flight.steering.tick()
 
-    def _look_for_alarms(self) -> None:
+    def _look_for_alarms(self) -> Iterator[None]:
+        """Look for all that is wrong, in pieces: a stop does not wait until a big fleet was looked at."""
         self.integrity.look_at_clock()
         self.integrity.look_at_positions()
-        self.alarms.look(self._alarm_finder.findings(ALARM_GAP_S))
+        yield
+        findings: list[AlarmFinding] = []
+        for piece in self._alarm_finder.findings(ALARM_GAP_S):
+            findings += piece
+            yield
+        self.alarms.look(findings)
         self.integrity.look_at_doubts()
 
     def _publish_event(self, event: JournalEvent) -> None:
