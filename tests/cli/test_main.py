@@ -238,6 +238,22 @@ def test_the_name_of_a_file_does_not_write_to_the_terminal(capsys: pytest.Captur
     assert capsys.readouterr().err.startswith("tui-gcs: ␛]0;hacked␇.mid: an ending that names the format")
 
 
+@pytest.mark.parametrize(
+    ("command", "hint"),
+    [
+        (["fly", "--link", "udpin:0.0.0.0:14550"], "`tui-gcs scenario new FILE.toml` writes one"),
+        (["mode", "3", "RTL"], "for single vehicles: tui-gcs vehicle --help"),
+    ],
+)
+def test_what_an_operator_of_mavproxy_types_first_says_what_to_do(
+    command: list[str], hint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(command)
+    assert end.value.code == CANNOT
+    assert capsys.readouterr().err.rstrip().endswith(hint)
+
+
 def test_an_option_that_there_is_not_does_not_write_to_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:
         main(["check", "a.toml", "--\x1b]0;hacked\x07"])

@@ -273,7 +273,9 @@ def _add_sim(commands: options.Commands) -> None:
     options.weather(parser)
     options.world(parser)
     parser.add_argument("--speed", type=float, default=1.0, metavar="X", help="times real time (default 1)")
-    parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")
+    parser.add_argument(
+        "--target", default="127.0.0.1:14550", metavar="HOST:PORT", help="where they send to (default 127.0.0.1:14550)"
+    )
     options.fault(parser)
     parser.add_argument("--real", choices=("arducopter", "px4"), help="real autopilots, each in its own simulator")
     parser.add_argument("--binary", metavar="PATH", help="their program, if it is not on PATH")

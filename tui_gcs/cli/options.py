@@ -16,6 +16,11 @@ Commands = Any
 
 
 MAX_ERROR_CELLS = 4000
+ERROR_HINTS = {
+    "required: SCENARIO.toml": "it says where vehicles may fly, and `tui-gcs scenario new FILE.toml` writes one",
+    "argument COMMAND: invalid choice": "for single vehicles: tui-gcs vehicle --help",
+}
+"""What to do about a mistake, by a part of the message that argparse has for it."""
 
 
 class CommandLineParser(argparse.ArgumentParser):
@@ -25,7 +30,8 @@ class CommandLineParser(argparse.ArgumentParser):
         """Report the error after the usage. Raises `UsageError`."""
         from tui_gcs.core.base.text import clean
 
-        text = clean(message, MAX_ERROR_CELLS)
+        hints = [hint for part, hint in ERROR_HINTS.items() if part in message]
+        text = "; ".join((clean(message, MAX_ERROR_CELLS), *hints))
         self.print_usage(sys.stderr)
         sys.stderr.write(f"{self.prog}: error: {text}\n")
         raise UsageError(text)

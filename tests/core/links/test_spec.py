@@ -83,6 +83,7 @@ def test_the_rate_of_a_serial_line_can_be_set() -> None:
     [
         ("", "unknown kind ''"),
         ("com3", "unknown kind 'com3'"),
+        ("udp:0.0.0.0:14550", "unknown kind 'udp', which is udpin here"),
         ("UDPIN:127.0.0.1:14550", "unknown kind 'UDPIN'"),
         ("udpin", "not HOST:PORT"),
         ("udpin:14550", "not HOST:PORT"),

@@ -82,7 +82,7 @@ def test_what_a_saved_file_declares_is_what_parameters_are_checked_by(rig: MakeR
         flight.run(0.1)
         reply = flight.ask(m.SetParameters(team="defend", parameters={"spacing_m": 30.0}))
         assert problem in reply.text and reply.ok is not bool(problem)
-    assert any("planner patrol takes: spacing_m" in text for text in flight.texts("planner defend"))
+    assert any("planner patrol: parameters spacing_m" in text for text in flight.texts("planner defend"))
 
 
 def test_a_planner_worker_may_not_set_parameters(rig: MakeRig) -> None:

@@ -79,7 +79,8 @@ def parse_link(text: str) -> LinkSpec:
         if not place.endswith(".tlog") or place == ".tlog":
             raise _error(text, "not a FILE.tlog")
         return LinkSpec(**common, **options)
-    raise _error(text, f"unknown kind {scheme[:40]!r}")
+    hint = ", which is udpin here" if scheme == "udp" else ""  # MAVProxy's and pymavlink's word for it
+    raise _error(text, f"unknown kind {scheme[:40]!r}{hint}")
 
 
 def _options(text: str, written: list[str]) -> dict[str, Any]:

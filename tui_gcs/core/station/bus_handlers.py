@@ -121,7 +121,7 @@ class BusHandlers:
         ours = known is not None and known.file == info.file != "" and controller.team.planner == info.name
         if config.kind is RunKind.SIM and ours and info != known:
             config.planners[info.name] = info
-            text = f"planner {info.name} takes: {', '.join(param.name for param in info.params) or 'nothing'}"
+            text = f"planner {info.name}: parameters {', '.join(param.name for param in info.params) or 'none'}"
             self._events.report(EventClass.PLANNER, f"planner {controller.team.name}", clean(text), NOTICE)
 
     def _send_home(self, controller: TeamController, vehicle: int, reason: str) -> None:
