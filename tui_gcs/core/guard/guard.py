@@ -80,7 +80,7 @@ class CourseBatch:
 
     def refuse(self, rows: Rows, bad: NDArray[np.bool_], code: str, text: Callable[[int], str]) -> None:
         """Veto those of `rows` that are `bad` and have not been vetoed yet; `text` gets the position within `rows`."""
-        for place in np.flatnonzero(bad).tolist():
+        for place in bad.nonzero()[0].tolist():
             if self.verdicts[rows[place]].ok:
                 self.verdicts[rows[place]] = Verdict(code, text(place))
 
@@ -250,6 +250,8 @@ class Guard:
 
     def _each(self, batch: CourseBatch, rows: Rows, limit: str) -> Samples:
         """Return (len(rows),) the limit of this name of each vehicle."""
+        if not self._own:  # nearly always
+            return np.full(len(rows), getattr(self.limits, limit), dtype=float)
         states = batch.prediction.states
         return np.array([getattr(self.limits_of(states[row].id), limit) for row in rows.tolist()], dtype=float)
 
@@ -331,7 +333,7 @@ class Guard:
         out, out_now = np.zeros(len(rows)), np.zeros(len(rows))
         error = np.array([prediction.states[row].error_m for row in rows])
         doubtful = np.flatnonzero(~self._outer.hold(going.min(axis=1), going.max(axis=1), error))  # nearly always none
-        for far, ways in ((out, going), (out_now, braking)):
+        for far, ways in ((out, going), (out_now, braking)) if len(doubtful) else ():
             far[doubtful] = self._farthest_outside_m(ways[doubtful], error[doubtful])
         batch.refuse(
             rows,

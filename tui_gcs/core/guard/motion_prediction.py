@@ -163,8 +163,7 @@ def predict(
     age = _ages(states)
     here = _now_at(states, place, velocity)
     error = np.array([s.error_m for s in states], dtype=float) + np.hypot(velocity[:, 0], velocity[:, 1]) * age / 2
-    stops, stop_rest, seconds = _brake(here, velocity, times_s, weakly)
-    short, *_ = _brake(here, velocity, times_s, _hard(limits))
+    (stops, stop_rest, seconds), (short, *_) = _brake(here, velocity, times_s, weakly, _hard(limits))
     slack = seconds * _surge(velocity, limits)[:, None, :]
     goes, late, late_rest = stops.copy(), stops.copy(), stop_rest.copy()
     drifts = [i for i, s in enumerate(states) if s.motion is MotionModel.DRIFTS]
@@ -184,7 +183,7 @@ def predict(
         goes[follows], speeds = _follow(courses, here[follows], velocity[follows], limits, times_s, now)
         begin = goes[follows, GO_ON_STEPS]
         late[follows] = goes[follows]
-        late[follows, GO_ON_STEPS:], late_rest[follows], _ = _brake(
+        ((late[follows, GO_ON_STEPS:], late_rest[follows], _),) = _brake(
             begin, speeds[:, GO_ON_STEPS], times_s[:-GO_ON_STEPS], weakly
         )
     room = slack[:, -1][:, [0, 0, 1]]
@@ -199,7 +198,7 @@ def predicted_ways(states: list[VehicleState], limits: Limits, times_s: Samples,
     """(n, k, 3) where all vehicles are if each goes on: `FleetPrediction.goes_m` alone, at half the cost."""
     place, velocity = _seen(states)
     here = _now_at(states, place, velocity)
-    goes, *_ = _brake(here, velocity, times_s, _weakly(limits))
+    ((goes, *_),) = _brake(here, velocity, times_s, _weakly(limits))
     drifts = [i for i, s in enumerate(states) if s.motion is MotionModel.DRIFTS]
     goes[drifts] = here[drifts, None, :] + times_s[None, :, None] * velocity[drifts, None, :]
     lost = [i for i, s in enumerate(states) if s.is_lost]
@@ -252,8 +251,10 @@ def _now_at(states: list[VehicleState], place: Samples, velocity: Samples) -> Sa
 
 def _seen(states: list[VehicleState]) -> tuple[Samples, Samples]:
     """(n, 3) positions and velocities with which they were seen; numbers that are not finite do no harm."""
-    place = np.clip(np.nan_to_num(_array([s.position_m for s in states])), -FAR_M, FAR_M)
-    return place, np.nan_to_num(_array([s.velocity_m_s for s in states]), posinf=0.0, neginf=0.0)
+    place, velocity = _array([s.position_m for s in states]), _array([s.velocity_m_s for s in states])
+    place[np.isnan(place)] = 0.0
+    velocity[~np.isfinite(velocity)] = 0.0
+    return np.minimum(np.maximum(place, -FAR_M, out=place), FAR_M, out=place), velocity
 
 
 def lost_link_reach(state: VehicleState, limits: Limits, times_s: Samples) -> Samples:
@@ -295,21 +296,36 @@ def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limi
     places, speeds = np.empty_like(asked[:, :3]), np.empty_like(asked[:, 3:])
     places[0], speeds[0] = here.T, velocity.T
     # Of a small fleet nearly all the time is numpy's overhead per call: results go into arrays that exist already.
-    pull, ask, change = _Pull(limits.accel_m_s2, len(here)), np.empty_like(places[0]), np.empty_like(places[0])
-    share = np.empty(len(here))
+    pull, ask, change = _Pull(limits.accel_m_s2, len(here)), _Limited(len(here)), _Limited(len(here))
     for wanted_m, wanted_m_s, before, v, after, speed in zip(
         asked[:, :3], asked[1:, 3:], places, speeds, places[1:], speeds[1:], strict=False
     ):
-        np.add(wanted_m_s, pull.towards(wanted_m, before), ask)
-        _shorten(ask, most, share)
-        _limit(ask[2], -DESCENT_M_S, CLIMB_M_S)
-        np.subtract(ask, v, change)
-        _shorten(change, accel_step, share)
-        _limit(change[2], -rise_step, rise_step)
-        np.add(v, change, speed)
-        np.multiply(np.add(v, speed, change), STEP_S / 2, change)
-        np.add(before, change, after)
+        np.add(wanted_m_s, pull.towards(wanted_m, before), ask.vectors)
+        ask.limit(most, -DESCENT_M_S, CLIMB_M_S)
+        np.subtract(ask.vectors, v, change.vectors)
+        change.limit(accel_step, -rise_step, rise_step)
+        np.add(v, change.vectors, speed)
+        np.multiply(np.add(v, speed, change.vectors), STEP_S / 2, change.vectors)
+        np.add(before, change.vectors, after)
     return places.transpose(2, 0, 1), speeds.transpose(2, 0, 1)
+
+
+class _Limited:
+    """n vectors, (3, n), that are brought within limits again and again."""
+
+    def __init__(self, n: int) -> None:
+        self.vectors = np.empty((3, n))
+        # Views that are made once: each costs as much as a call.
+        self._x, self._y, self._z = self.vectors
+        self._level, self._share = self.vectors[:2], np.empty(n)
+
+    def limit(self, most: Samples | float, least_up: float, most_up: float) -> None:
+        """Make their horizontal parts no longer than `most`, and bring their vertical parts within limits."""
+        share, z = self._share, self._z
+        np.maximum(np.hypot(self._x, self._y, share), 1e-9, out=share)
+        np.minimum(1.0, np.divide(most, share, share), out=share)
+        np.multiply(self._level, share, self._level)
+        np.minimum(np.maximum(z, least_up, out=z), most_up, out=z)
 
 
 class _Pull:
@@ -338,18 +354,6 @@ class _Pull:
         return self._pull
 
 
-def _shorten(vectors: Samples, most: Samples | float, share: Samples) -> None:
-    """Make the horizontal part of vectors (3, n) no longer than `most`; `share` (n,) is overwritten."""
-    np.maximum(np.hypot(vectors[0], vectors[1], share), 1e-9, out=share)
-    np.minimum(1.0, np.divide(most, share, share), out=share)
-    vectors[:2] *= share
-
-
-def _limit(numbers: Samples, least: float, most: float) -> None:
-    """Bring numbers (n,) within limits, in place."""
-    np.minimum(np.maximum(numbers, least, out=numbers), most, out=numbers)
-
-
 @dataclass(frozen=True)
 class _Braking:
     """Delay and accelerations with which a vehicle brakes."""
@@ -367,16 +371,24 @@ def _hard(limits: Limits) -> _Braking:
     return _Braking(0.0, HARD_SHARE * limits.accel_m_s2, HARD_Z_M_S2)
 
 
-def _brake(here: Samples, velocity: Samples, times_s: Samples, how: _Braking) -> tuple[Samples, Samples, Samples]:
-    """Brake now: (n, k, 3) positions, (n, 3) where the vehicles come to rest, (n, k, 2) seconds of their speeds.
+def _brake(
+    here: Samples, velocity: Samples, times_s: Samples, *how: _Braking
+) -> list[tuple[Samples, Samples, Samples]]:
+    """Brake now, in each of these ways.
 
-    The last is the way they have come by then, sideways and in height, divided by their speed before.
+    Each gives (n, k, 3) positions, (n, 3) where the vehicles come to rest, and (n, k, 2) seconds of their speeds: the
+    way they have come by then, sideways and in height, divided by their speed before.
     """
-    level = _braked(np.hypot(velocity[:, 0], velocity[:, 1]), how.accel_m_s2, how.delay_s, times_s)
-    upright = _braked(np.abs(velocity[:, 2]), how.accel_z_m_s2, how.delay_s, times_s)
-    shares = np.stack([level, level, upright], axis=2)
-    places = here[:, None, :] + shares[:, :-1] * velocity[:, None, :]
-    return places, here + shares[:, -1] * velocity, shares[:, :-1, 1:]
+    # Of a small fleet nearly all the time is numpy's overhead per call: all ways, level and upright, are one array.
+    speeds = np.abs(velocity)
+    np.hypot(velocity[:, 0], velocity[:, 1], speeds[:, 0])
+    accel = np.array([(each.accel_m_s2, each.accel_z_m_s2) for each in how])[:, None, :]
+    delay = np.array([each.delay_s for each in how])[:, None, None]
+    seconds = _braked(speeds[:, ::2], accel, delay, times_s)
+    shares = seconds[..., [0, 0, 1]]
+    rests = here + shares[:, :, -1] * velocity
+    places = here[:, None, :] + shares[:, :, :-1] * velocity[:, None, :]
+    return list(zip(places, rests, seconds[:, :, :-1], strict=True))
 
 
 def _surge(velocity: Samples, limits: Limits) -> Samples:
@@ -388,13 +400,17 @@ def _surge(velocity: Samples, limits: Limits) -> Samples:
     return np.stack([level, np.minimum(np.abs(velocity[:, 2]), SURGE_Z_M_S)], axis=1)
 
 
-def _braked(speed: Samples, accel_m_s2: float, delay_s: float, times_s: Samples) -> Samples:
-    """(n, k + 1) way after `times_s`, and at rest, of points that brake from `speed` (n,), in seconds of that speed."""
-    to_rest_s = speed / accel_m_s2
-    t = np.empty((len(speed), len(times_s) + 1))
-    t[:, :-1], t[:, -1] = times_s, delay_s + to_rest_s
-    braking_s = np.minimum(np.maximum(t - delay_s, 0.0), to_rest_s[:, None])
-    way: Samples = np.minimum(t, delay_s) + braking_s - braking_s**2 / (2 * np.maximum(to_rest_s, 1e-9))[:, None]
+def _braked(speeds: Samples, accel_m_s2: Samples, delay_s: Samples, times_s: Samples) -> Samples:
+    """(w, n, k + 1, 2) way after `times_s`, and at rest, of points that brake from `speeds` (n, 2) in w ways.
+
+    Ways are in seconds of the speed. `accel_m_s2` is (w, 1, 2), `delay_s` (w, 1, 1).
+    """
+    to_rest_s = (speeds / accel_m_s2)[:, :, None, :]
+    delay = delay_s[..., None]
+    t = np.empty((len(accel_m_s2), len(speeds), len(times_s) + 1, 2))
+    t[:, :, :-1], t[:, :, -1:] = times_s[:, None], delay + to_rest_s
+    braking_s = np.minimum(np.maximum(t - delay, 0.0), to_rest_s)
+    way: Samples = np.minimum(t, delay) + braking_s - braking_s**2 / (2 * np.maximum(to_rest_s, 1e-9))
     return way
 
 
