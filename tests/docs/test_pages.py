@@ -103,18 +103,99 @@ def test_every_planner_flies(path: Path, text: str, tmp_path: Path):
     assert [finding for finding in found if finding.verdict == "FAIL"] == []
 
 
-def test_every_key_that_the_pages_about_flying_name_is_one():
-    shown = " ".join(action.shown for actions in SCOPES.values() for action in actions)
-    # Dialogs: an order's letter, `y`, the keys of the list of alarms; a vehicle's number.
-    known = {*shown.replace("/", " ").split(), "/", *"!yavs3", *(order.key for order in ORDERS)}
-    assert {"Space", "!h", "c", "K"} <= known
-    assert {"§", "!x"}.isdisjoint(known)
-    for name in ("console", "when-things-break"):
-        text = (ROOT / f"docs/fly/{name}.md").read_text(encoding="utf-8")
-        # What is one key: a single character, one after `!`, or a key with a name. Words are what is typed after it.
-        keys = set(re.findall(r"`([\w?:+/!<>*-]|!\w|\^\w|Space|Enter|Esc|Tab)`", text))
-        assert len(keys) > 10
-        assert keys <= known, name
+TASKS = {
+    "fly/console": {
+        "Hold everything": "start_stop hold_all",
+        "Bring everything home": "return_all",
+        "Land everything where it is": "land_all",
+        "Hold, return or land some": "orders order:hold order:return order:land return_selected",
+        "Fly on after a hold": "resume order:resume",
+        "Press `Space` on the ground": "start_stop",
+        "press `Esc` and `P`": "show_checks",
+        "Fly another round": "choose_round",
+        "the next vehicle, the one before": "select_next",
+        "then `all`, `none`": "select",
+        "go to a place": "orders order:go_to",
+        "change altitude": "order:climb",
+        "orbit a place": "order:circle",
+        "follow another vehicle": "order:follow",
+        "nudge": "order:nudge",
+        "limit the speed": "order:speed",
+        "take off, arm, disarm": "order:take_off order:arm order:disarm",
+        "a mode of the autopilot": "order:mode",
+        "fly the mission on board": "order:mission order:continue",
+        "point the gimbal": "order:gimbal order:photo order:video order:video_stop",
+        "back to its planner": "order:resume",
+        "stop the motors": "order:kill",
+        "`a` acknowledges it": "acknowledge",
+        "lists all alarms": "show_alarms",
+        "turns the bell": "toggle_bell",
+        "another part of the map": "zoom_in fit",
+        "always in view": "follow",
+        "coordinates, distance": "cursor measure",
+        "other things on the map": "layers grid dots",
+        "as cells or as a table": "show_vehicles turn_view filter",
+        "why a team performs": "show_planners",
+        "what happened before": "show_journal of_selected",
+        "parameters of the fleet": "show_parameters",
+        "checks before a start": "show_checks",
+        "the plan: zones": "show_plan",
+        "the map again": "show_fly",
+        "other colours": "next_theme redraw",
+        "leaves the console": "detach",
+    },
+    "fly/when-things-break": {
+        "`Space` holds all": "start_stop",
+        "to hold all, or": "hold_all return_all",
+        "gives it back to its planner, ": "orders order:resume",
+        "brings it home. Or": "return_selected order:hold",
+        "lets the planners go on": "resume return_all",
+        "`M` shows why": "show_planners",
+        "`J` shows which": "show_journal",
+        "order WAYS MEET": "order:mission_meet",
+        "which round and zones the station assumes": "show_plan",
+        "lands it where it is": "order:land",
+    },
+    "plan/plan-screen": {
+        "`e` to edit on the map": "move_on_map",
+        "undoes": "undo redo",
+        "applies it to the station": "apply save",
+        "add a zone": "add_zone",
+        "take zones from": "open",
+        "copy a zone": "copy_zone",
+        "add a round like this": "add_round delete_round",
+        "add a team": "team_page add_zone",
+        "change names": "settings",
+        "`^R` shows all lines": "read_whole how_many",
+        "opens missions, fences": "missions",
+        "generate a survey": "generate",
+        "choose mission, fence": "kind",
+        "a polygon or a circle": "new_polygon new_circle",
+        "send it to vehicles": "upload",
+        "read what a vehicle holds": "download compare",
+        "give it to other vehicles": "copy",
+        "save all missions": "write",
+        "sends again what failed": "again cancel",
+    },
+}
+"""By page: words of a line, and the actions whose keys this line must name (`order:` for one of the menu of orders)."""
+
+
+@pytest.mark.parametrize("page", TASKS)
+def test_a_task_is_done_with_the_keys_that_its_page_names(page: str):
+    keys: dict[str, set[str]] = {}
+    for actions in SCOPES.values():
+        for action in actions:
+            if action.help and action.shown:
+                keys.setdefault(action.id, set()).update({action.shown, *action.shown.replace("/", " ").split()})
+    keys |= {f"order:{order.id}": {order.key} for order in ORDERS}
+    paragraphs = re.split(r"\n(?=\||\d\.|\n)", (ROOT / f"docs/{page}.md").read_text(encoding="utf-8"))
+    for words, actions in TASKS[page].items():
+        found = [p for p in paragraphs if words in " ".join(p.split())]
+        assert found, words
+        named = set(re.findall(r"`([^`]+)`", " ".join(found)))
+        for name in actions.split():
+            assert named & keys[name], f"{words}: {name} is done with {sorted(keys[name])}"
 
 
 def test_blocks_of_settings_and_scenarios_are_sound():
