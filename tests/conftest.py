@@ -20,6 +20,10 @@ settings.register_profile("explore", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
+COLLECTED = pytest.StashKey[list[pytest.Item]]()
+"""Every test of the collected files, also those that the run's marks leave out. Read by test_marks.py."""
+
+
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """A run of one mark alone, as `make flights`, imports only the files that have it.
 
@@ -32,8 +36,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Tests that run at 1x mostly wait: they come first and on one worker, so that the others fill the time."""
+    config.stash[COLLECTED] = list(items)
     items.sort(key=lambda item: item.get_closest_marker("process") is None)
     for item in items:
         if item.get_closest_marker("process") is not None and item.get_closest_marker("xdist_group") is None:
