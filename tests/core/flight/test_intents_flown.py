@@ -71,30 +71,32 @@ def test_a_velocity_never_leaves_the_area(rig: MakeRig) -> None:
     assert flight.place(1)[0] > 25.0, "and back"
 
 
-@pytest.mark.parametrize(
-    "intent",
-    [
-        velocity(1, math.nan, 0.0, 0.0),
-        velocity(1, 9.0, 0.0, 0.0),
-        velocity(1, 1.0, 0.0, 0.0, valid_s=0.0),
-        velocity(1, 1.0, 0.0, 0.0, valid_s=math.inf),
-        Intent(1, "velocity"),
-        Intent(1, "goto", position_m=(200.0, 200.0, 27.0), speed_m_s=0.0),
-        Intent(1, "goto", position_m=(200.0, 200.0, 27.0), speed_m_s=math.nan),
-        Intent(1, "orbit"),
-        orbit(1, radius_m=0.0),
-        orbit(1, radius_m=math.nan),
-        orbit(1, speed_m_s=-2.0),
-        orbit(1, speed_m_s=math.nan),
-    ],
-)
-def test_what_cannot_be_flown_is_refused_with_a_reason(rig: MakeRig, intent: Intent) -> None:
+NOT_TO_BE_FLOWN = [
+    velocity(1, math.nan, 0.0, 0.0),
+    velocity(1, 9.0, 0.0, 0.0),
+    velocity(1, 1.0, 0.0, 0.0, valid_s=0.0),
+    velocity(1, 1.0, 0.0, 0.0, valid_s=math.inf),
+    Intent(1, "velocity"),
+    Intent(1, "goto", position_m=(200.0, 200.0, 27.0), speed_m_s=0.0),
+    Intent(1, "goto", position_m=(200.0, 200.0, 27.0), speed_m_s=math.nan),
+    Intent(1, "orbit"),
+    orbit(1, radius_m=0.0),
+    orbit(1, radius_m=math.nan),
+    orbit(1, speed_m_s=-2.0),
+    orbit(1, speed_m_s=math.nan),
+]
+
+
+def test_what_cannot_be_flown_is_refused_with_a_reason(rig: MakeRig) -> None:
+    """One after the other in one flight, each while the vehicle is given to its planner."""
     flight = rig(1, planning=False).flying().run(0.5)
-    flight.plan(intent)
-    flight.run(1.0)
-    assert flight.station.flight.guard.vetoes == {"kind": 1}
-    assert flight.speed(1) < 0.3
-    assert any(intent.kind in text for text in flight.texts("planner defend"))
+    for number, intent in enumerate(NOT_TO_BE_FLOWN, start=1):
+        assert flight.phase(1) is Phase.FLYING, intent
+        flight.plan(intent)
+        flight.run(1.0)
+        assert flight.station.flight.guard.vetoes == {"kind": number}, intent
+        assert flight.speed(1) < 0.3, intent
+        assert any(intent.kind in text for text in flight.texts("planner defend")), intent
 
 
 def test_a_cruise_turns_and_brakes_no_harder_than_it_may() -> None:

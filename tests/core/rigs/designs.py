@@ -1,7 +1,7 @@
 """Tours that tests fly: each is designed once per process. Designing one takes a second of CPU.
 
 What is asked for is the key. How tours are designed is tested in tests/planner, and how they are searched on for in
-flight there and in test_lockstep.py, without this.
+flight there and in tests/rehearsal, without this.
 """
 
 import pickle

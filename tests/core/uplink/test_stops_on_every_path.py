@@ -67,8 +67,13 @@ def mode(flight: Wired) -> str:
     return str(flight.station.publisher.frame().mode[0])
 
 
+def whole(way: str, data: bytes) -> bool:
+    """Nothing is lost."""
+    return False
+
+
 def cut_way_up(flight: Wired) -> Wire:
-    """What the station sends over the link in use does not arrive any more."""
+    """What the station sends over the link in use does not arrive any more, until its `loses` is `whole` again."""
     used = flight.vehicle().path.source.link
     (wire,) = (wire for wire in flight.wires if wire.name == used)
     wire.loses = lambda way, data: way == "down"
@@ -92,9 +97,10 @@ FLIGHTS = [
 
 
 @pytest.mark.parametrize(("autopilots", "begin"), FLIGHTS, ids=[f"{a}-{b.__name__}" for a, b in FLIGHTS])
-def test_a_hold_arrives_is_confirmed_and_journalled(
+def test_a_hold_and_a_landing_arrive_and_are_journalled(
     wired: MakeWired, autopilots: str, begin: Callable[[Wired], None]
 ) -> None:
+    """One after the other in one flight; the hold is confirmed, too."""
     flight = flying(wired, autopilots)
     begin(flight)
     dead = cut_way_up(flight)
@@ -104,6 +110,12 @@ def test_a_hold_arrives_is_confirmed_and_journalled(
     assert flight.speed(1) < 0.5 and flight.phase(1) is Phase.HOLDING
     assert flight.vehicle().path.source.link == dead.name, "the link looks well, and stays in use"
     assert journalled(flight, action="hold", vehicle=1, by="console-7", **{"class": "stop"})
+    dead.loses = whole
+    begin(flight)
+    cut_way_up(flight)
+    assert ask(flight, f.Land((1,))).ok
+    flight.until(lambda: flight.phase(1) is Phase.GROUND, 90.0, "down")
+    assert journalled(flight, action="land", vehicle=1, by="console-7", **{"class": "stop"})
 
 
 @pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
@@ -116,16 +128,6 @@ def test_a_return_arrives_and_is_journalled(wired: MakeWired, autopilots: str, b
     assert ask(flight, m.Return(vehicles=(1,))).ok
     flight.until(lambda: flight.phase(1) is Phase.GROUND, BACK_WITHIN_S + 120.0, "down")
     assert journalled(flight, action="return", vehicle=1, by="console-7", **{"class": "stop"})
-    assert journalled(flight, action="land", vehicle=1, by="console-7", **{"class": "stop"})
-
-
-@pytest.mark.parametrize(("autopilots", "begin"), FLIGHTS, ids=[f"{a}-{b.__name__}" for a, b in FLIGHTS])
-def test_a_landing_arrives_and_is_journalled(wired: MakeWired, autopilots: str, begin: Callable[[Wired], None]) -> None:
-    flight = flying(wired, autopilots)
-    begin(flight)
-    cut_way_up(flight)
-    assert ask(flight, f.Land((1,))).ok
-    flight.until(lambda: flight.phase(1) is Phase.GROUND, 90.0, "down")
     assert journalled(flight, action="land", vehicle=1, by="console-7", **{"class": "stop"})
 
 

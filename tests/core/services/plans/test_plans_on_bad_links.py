@@ -1,6 +1,6 @@
 """Bad links: 100 items at 20 % loss each way are on board in a minute; at worse never "success" with wrong content.
 
-Seeds are few here and were thousands when this was written.
+One seed each; three more are in `make endurance`, and were thousands when this was written.
 """
 
 from collections.abc import Callable
@@ -17,10 +17,11 @@ from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.plans.plan_messages import item_of
 from tui_gcs.core.uplink.jobs import JobState
 
-pytestmark = pytest.mark.long  # nearly each is a flight
-
 AUTOPILOTS = [ArduPilotPeer, Px4Peer]
-SEEDS = range(4)
+SEEDS = [
+    pytest.param(0, marks=pytest.mark.long),
+    *(pytest.param(seed, marks=pytest.mark.endurance) for seed in (1, 2, 3)),
+]
 
 
 def on_board(rig: ServiceRig, peer: PlanPeer, kind: PlanKind) -> Plan:
@@ -98,6 +99,7 @@ def test_a_fence_over_the_mission_and_both_down_again(tmp_path: Path, autopilot:
     assert compare(plan, down.plan, dialect_of(rig.vehicle())).same
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_link_that_dies_midway_ends_it_and_leaves_no_belief(tmp_path: Path, autopilot: type[PlanPeer]) -> None:
     rig = ServiceRig(tmp_path, peer := autopilot(1)).heard()
