@@ -74,6 +74,26 @@ def test_what_is_sent_of_a_way_beside_a_no_fly_zone_passes_the_guard(start: tupl
         assert refusals(transit.xy_m, transit.velocity_m_s, STEP_S, AREA, (closed,)) == []
 
 
+def test_a_way_through_a_chicane_passes_the_guard_and_arrives() -> None:
+    """Two corners close behind each other, taken with the speed of a long straight way before them."""
+    closed = (no_fly(Rectangle((200.0, 120.0), 30.0, 240.0)), no_fly(Rectangle((245.0, 300.0), 30.0, 200.0)))
+    region, tour = region_of(ZONE, AREA, closed), oval()
+    for x, y in [(60.0, 60.0), (60.0, 300.0), (178.0, 120.0), (100.0, 380.0)]:
+        for phase_s in np.linspace(0.0, tour.period_s, 6):
+            transit = plan_transit(0.0, np.array([x, y]), np.zeros(2), tour, float(phase_s), MOBILITY, region)
+            assert transit is not None and transit.end_s < 150.0
+            assert refusals(transit.xy_m, transit.velocity_m_s, STEP_S, AREA, closed) == []
+
+
+def test_from_just_outside_the_way_leads_back_and_then_round_the_no_fly_zone() -> None:
+    region, there = region_of(ZONE, AREA, (no_fly(Circle((250.0, 200.0), 50.0)),)), np.array([330.0, 200.0])
+    for beyond_m in (0.2, 2.0):
+        here = np.array([250.0 - 50.0 - 5.5 + beyond_m, 200.0])
+        leg, corner = region.next_leg(here, there)
+        assert corner, "never straight through it"
+        assert region.contains(leg[None])[0]
+
+
 def test_the_shortest_way_turns_at_corners() -> None:
     region = region_of(ZONE, AREA, (no_fly(Circle((250.0, 200.0), 50.0)),))
     here, there, turns = np.array([100.0, 200.0]), np.array([450.0, 200.0]), 0

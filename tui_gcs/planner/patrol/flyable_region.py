@@ -74,13 +74,20 @@ class FlyableRegion:
     def next_leg(self, here_m: Floats, there_m: Floats) -> tuple[Floats, bool]:
         """Return the next point of the shortest way from here to there, and whether that is a corner on the way.
 
-        Without any way it is `there_m`, too.
+        Without any way it is `there_m`, too. From outside the way leads back inside first.
         """
         if self._convex or not len(self._corners) or self.clear(here_m, there_m):
             return there_m, False
-        first_m = np.where(self._visible(here_m), np.hypot(*(self._corners - here_m).T), np.inf)
+        walls = self.polygon
+        if not self.contains(here_m[None])[0]:
+            # A vehicle that brakes at the edge may come to rest a little beyond it, where no corner is in sight.
+            if not shapely.intersects_xy(self._edge, *here_m):
+                way_in_m = self.ways_inside_m(here_m[None])[0]
+                return here_m + way_in_m * (1.0 + EDGE_M / max(math.hypot(*way_in_m), SAME_M)), True
+            walls = self._edge
+        first_m = np.where(self._visible(here_m, walls), np.hypot(*(self._corners - here_m).T), np.inf)
         first_m[first_m < AT_CORNER_M] = np.inf
-        last_m = np.where(self._visible(there_m), np.hypot(*(self._corners - there_m).T), np.inf)
+        last_m = np.where(self._visible(there_m, self.polygon), np.hypot(*(self._corners - there_m).T), np.inf)
         total = first_m + (self._between_m + last_m).min(axis=1)
         best = int(np.argmin(total))
         return (self._corners[best], True) if np.isfinite(total[best]) else (there_m, False)
@@ -98,15 +105,15 @@ class FlyableRegion:
         corners = self._corners
         ways = np.full((len(corners), len(corners)), np.inf)
         for i, corner in enumerate(corners):
-            ways[i] = np.where(self._visible(corner), np.hypot(*(corners - corner).T), np.inf)
+            ways[i] = np.where(self._visible(corner, self.polygon), np.hypot(*(corners - corner).T), np.inf)
         for i in range(len(corners)):
             ways = np.minimum(ways, ways[:, i, None] + ways[None, i])
         return ways
 
-    def _visible(self, xy_m: Floats) -> NDArray[np.bool_]:
-        """Return which corners can be reached in a straight line."""
+    def _visible(self, xy_m: Floats, walls: shapely.Polygon) -> NDArray[np.bool_]:
+        """Return which corners can be reached in a straight line inside `walls`."""
         ways = np.stack([np.broadcast_to(xy_m, self._corners.shape), self._corners], axis=1)
-        return np.asarray(shapely.covers(self.polygon, shapely.linestrings(ways)))
+        return np.asarray(shapely.covers(walls, shapely.linestrings(ways)))
 
     def can_stop(self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: float) -> NDArray[np.bool_]:
         """Return which states (n, 2) are inside and stop inside when the vehicle brakes straight on."""
@@ -133,17 +140,9 @@ class FlyableRegion:
         sendable[near] = shapely.covers(self._edge, shapely.linestrings(ways[near]))
         return sendable
 
-    def is_sendable(self, xy_m: Pair, velocity_m_s: Pair, accel_m_s2: Pair, brake_m_s2: float) -> bool:
-        """As `are_sendable` for one state, fast away from all walls."""
-        if self._convex:  # all that is aimed at is inside, and the shift leads towards it
-            return True
-        reach_m = (velocity_m_s[0] ** 2 + velocity_m_s[1] ** 2) / (2.0 * brake_m_s2) + SHIFT_S2 * math.hypot(
-            *accel_m_s2
-        )
-        if not shapely.dwithin(self._boundary, shapely.Point(xy_m), reach_m):
-            return True
-        xy, velocity, accel = (np.array([vector]) for vector in (xy_m, velocity_m_s, accel_m_s2))
-        return bool(self.are_sendable(xy, velocity, accel, brake_m_s2)[0])
+    def is_roomy(self, xy_m: Pair, room_m: float) -> bool:
+        """Return whether the edge is farther than this, or has no dents: then all ways between places are inside."""
+        return self._convex or not shapely.dwithin(self._boundary, shapely.Point(xy_m), room_m)
 
     def sendable_share(self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: Floats, brake_m_s2: float) -> Floats:
         """Return (n,) shares of their speed at which states `are_sendable`, to a 32nd: 1 where they are as they are.

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.flyable_region import SHIFT_S2, FlyableRegion, Pair
 from tui_gcs.planner.patrol.tour import Tour
 
 Floats = NDArray[np.floating[Any]]
@@ -159,23 +159,40 @@ class _PointMass:
         ax, ay = dx * scale - vx, dy * scale - vy
         change = math.hypot(ax, ay)
         share = min(1.0, accel * STEP_S / change) if change > 0.0 else 0.0
-        share *= self._turn_share(share * ax / STEP_S, share * ay / STEP_S)
-        new = (vx + share * ax, vy + share * ay)
-        self.xy = (self.xy[0] + (vx + new[0]) / 2 * STEP_S, self.xy[1] + (vy + new[1]) / 2 * STEP_S)
-        self.velocity = new
+        self._go_on(self._passing((share * ax, share * ay)))
+
+    def _go_on(self, change: Pair) -> None:
+        """Fly one step with this change of velocity."""
+        self.xy, self.velocity = self._after(change)
         self._way.append(self.xy)
-        self._speeds.append(new)
+        self._speeds.append(self.velocity)
 
-    def _turn_share(self, ax: float, ay: float) -> float:
-        """Return the largest share of an acceleration that passes the guard; all of it where not even none would.
+    def _after(self, change: Pair) -> tuple[Pair, Pair]:
+        """Return place and velocity after one step with this change of velocity."""
+        (vx, vy), (ax, ay) = self.velocity, change
+        xy = self.xy[0] + (vx + ax / 2) * STEP_S, self.xy[1] + (vy + ay / 2) * STEP_S
+        return xy, (vx + ax, vy + ay)
 
-        Beside a no-fly zone a vehicle turns later and wider, as what is sent is shifted along its acceleration.
+    def _passing(self, wanted: Pair) -> Pair:
+        """Return the wanted change of velocity, or near a wall as much of it as passes the guard, or that of braking.
+
+        What is sent is shifted along the acceleration, so beside a no-fly zone a vehicle turns later and wider. After
+        the step it must still be able to stop inside.
         """
-        for share in TURN_SHARES:
-            accel = (share * ax, share * ay)
-            if self._region.is_sendable(self.xy, self.velocity, accel, self._mobility.accel_m_s2):
-                return share
-        return 1.0
+        accel, speed = self._mobility.accel_m_s2, math.hypot(*self.velocity)
+        if self._region.is_roomy(self.xy, (speed + accel * STEP_S) ** 2 / (2.0 * accel) + SHIFT_S2 * accel):
+            return wanted
+        slower = min(1.0, accel * STEP_S / speed) if speed > 0.0 else 0.0
+        changes = [(share * wanted[0], share * wanted[1]) for share in TURN_SHARES]
+        changes.append((-slower * self.velocity[0], -slower * self.velocity[1]))
+        xy, velocity = np.array([self._after(change) for change in changes]).transpose(1, 0, 2)
+        xy, velocity = (
+            np.vstack([np.tile(self.xy, (len(changes), 1)), xy]),
+            np.vstack([np.tile(self.velocity, (len(changes), 1)), velocity]),
+        )
+        accels = np.vstack([np.array(changes) / STEP_S, np.zeros((len(changes), 2))])
+        passes = self._region.are_sendable(xy, velocity, accels, accel).reshape(2, -1).all(axis=0)
+        return changes[int(np.argmax(passes))] if passes.any() else wanted
 
     def transit(self, t_s: float, ending: tuple[Floats, Floats]) -> Transit:
         """Return the way so far with the manoeuvre that ends it."""
