@@ -1,5 +1,6 @@
 """`--json` and `--output`: one shape for every command, alone on standard output, and for errors too."""
 
+import io
 import json
 from pathlib import Path
 
@@ -20,6 +21,7 @@ def own_directories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
 
 
 def with_json() -> set[str]:
@@ -69,11 +71,10 @@ def test_a_warning_goes_to_standard_error_and_into_the_document(
     assert report["code"] == "failed" and "ends inside a record" in report["text"] and report["text"] in err
 
 
-@pytest.mark.parametrize("command", sorted(with_json() - {"demo", "doctor", "planner list"}))
+@pytest.mark.parametrize("command", sorted(with_json() - {"demo", "doctor", "planner list", "keys list"}))
 def test_a_command_that_cannot_run_prints_the_same_shape(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     """There is no station, and no file of any name."""
-    line = LINES.get(command, f"{command} 1" if command.startswith("vehicle") else command)
-    assert main([*line.split(), "--json"]) == 2
+    assert main([*line_of(command, "1"), "--json"]) == 2
     out, err = capsys.readouterr()
     report = report_of(out, command)
     assert report["code"] == "cannot run" and report["data"] == {} and report["vehicles"] == []
@@ -83,35 +84,56 @@ def test_a_command_that_cannot_run_prints_the_same_shape(command: str, capsys: p
 LINES = {
     "vehicle list": "vehicle list",
     "vehicle tasks": "vehicle tasks",
+    "vehicle cancel": "vehicle cancel 7",
+    "vehicle traffic": "vehicle traffic ID",
+    "hold": "hold ID",
+    "return": "return ID",
+    "land": "land ID",
     "task add": "task add --xy 1,2",
     "task cancel": "task cancel --all",
     "planner check": "planner check nowhere.py",
-    "vehicle params get": "vehicle params get 1 RTL_ALT",
-    "vehicle params set": "vehicle params set 1 RTL_ALT 1",
-    "vehicle params save": "vehicle params save 1 a.param",
-    "vehicle params load": "vehicle params load 1 a.param",
-    "vehicle params diff": "vehicle params diff 1 a.param",
-    "vehicle plan show": "vehicle plan show 1 --kind fence",
-    "vehicle plan clear": "vehicle plan clear 1 --kind fence",
-    "vehicle plan upload": "vehicle plan upload 1 a.plan",
-    "vehicle plan download": "vehicle plan download 1 a.plan",
-    "vehicle plan current": "vehicle plan current 1 2",
-    "vehicle shell": "vehicle shell 1 ver",
-    "vehicle motor-test": "vehicle motor-test 1 1",
-    "vehicle roi": "vehicle roi 1 none",
-    "vehicle files ls": "vehicle files 1 ls /",
-    "vehicle files get": "vehicle files 1 get /a",
-    "vehicle files put": "vehicle files 1 put a /a",
-    "vehicle files rm": "vehicle files 1 rm /a",
-    "vehicle logs ls": "vehicle logs 1 ls",
-    "vehicle logs get": "vehicle logs 1 get 1",
-    "vehicle logs erase": "vehicle logs 1 erase",
+    "vehicle params get": "vehicle params get ID RTL_ALT",
+    "vehicle params set": "vehicle params set ID RTL_ALT 1 --yes",
+    "vehicle params save": "vehicle params save ID a.param --yes",
+    "vehicle params load": "vehicle params load ID a.param --yes",
+    "vehicle params diff": "vehicle params diff ID a.param",
+    "vehicle plan show": "vehicle plan show ID --kind fence",
+    "vehicle plan clear": "vehicle plan clear ID --kind fence --yes",
+    "vehicle plan upload": "vehicle plan upload ID a.plan --yes",
+    "vehicle plan download": "vehicle plan download ID a.plan --yes",
+    "vehicle plan current": "vehicle plan current ID 2 --yes",
+    "vehicle shell": "vehicle shell ID ver",
+    "vehicle motor-test": "vehicle motor-test ID 1 --yes",
+    "vehicle reboot": "vehicle reboot ID --yes",
+    "vehicle roi": "vehicle roi ID none",
+    "vehicle files ls": "vehicle files ID ls /",
+    "vehicle files get": "vehicle files ID get /a",
+    "vehicle files put": "vehicle files ID put a /a --yes",
+    "vehicle files rm": "vehicle files ID rm /a --yes",
+    "vehicle logs ls": "vehicle logs ID ls",
+    "vehicle logs get": "vehicle logs ID get 1",
+    "vehicle logs erase": "vehicle logs ID erase --yes",
     "run": "run nowhere.toml",
     "rehearse": "rehearse nowhere.toml",
     "check": "check nowhere.toml",
+    "convert": "convert nowhere.plan there.wpl",
+    "scenario new": "scenario new nowhere/a.toml",
+    "planner new": "planner new a --dir nowhere",
+    "keys add": "keys add no/name",
+    "keys import": "keys import a --as hex",
+    "keys assign": "keys assign a --vehicle 1",
+    "keys unassign": "keys unassign --vehicle 1",
+    "keys remove": "keys remove a",
+    "keys provision": "keys provision 1 a",
     "replay": "replay nowhere.toml",
 }
-"""What is typed beside `--json`, where it is other than the command, with vehicle 1."""
+"""What is typed, where it is other than the command, and ID for `vehicle …`."""
+
+
+def line_of(command: str, vehicles: str) -> list[str]:
+    """The words of a command for these vehicles."""
+    line = LINES.get(command, f"{command} ID" if command.startswith("vehicle") else command)
+    return [vehicles if word == "ID" else word for word in line.split()]
 
 
 def test_a_line_that_cannot_be_understood_is_reported_in_json_too(capsys: pytest.CaptureFixture[str]) -> None:

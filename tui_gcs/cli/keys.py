@@ -6,8 +6,9 @@ import secrets
 import sys
 from collections.abc import Callable
 
+from tui_gcs.cli.command_report import CommandReport, finish
 from tui_gcs.cli.common import join, running
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.signing import KEY_BYTES, SigningKey
 from tui_gcs.core.signing.key_derivation import Form, secret_from
@@ -21,39 +22,55 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the action that the arguments name."""
     kind = RunKind(arguments.kind.upper())
     try:
-        return _ACTIONS[arguments.what](open_store(kind), arguments)
+        report = _ACTIONS[arguments.what](open_store(kind), arguments)
     except KeyStoreError as error:
         raise CommandError(str(error)) from None
+    return finish(arguments, report)
 
 
-def _keep(store: KeyStore, arguments: argparse.Namespace) -> int:
+def _keep(store: KeyStore, arguments: argparse.Namespace) -> CommandReport:
     """Store a key that the operator types, or a random one."""
     form: Form | None = arguments.form
     if arguments.vehicle is not None:
         check_vehicle(arguments.network, arguments.vehicle)
     key = SigningKey(arguments.name, _typed(form) if form else secrets.token_bytes(KEY_BYTES))
     store.add(key)
-    _say(f"key {key.name} kept, fingerprint {key.fingerprint}")
+    text = f"key {key.name} kept, fingerprint {key.fingerprint}"
+    _say(text)
     if arguments.vehicle is not None:
-        return _assign(store, arguments)
-    return OK
+        _assign(store, arguments)
+    return CommandReport(True, text=text, data={"name": key.name, "fingerprint": key.fingerprint})
 
 
-def _list(store: KeyStore, _: argparse.Namespace) -> int:
+def _list(store: KeyStore, arguments: argparse.Namespace) -> CommandReport:
+    if not arguments.json:
+        _print(store)
+    keys = [
+        {
+            "name": key.name,
+            "fingerprint": key.fingerprint,
+            "vehicles": [vehicle_name(*vehicle) for vehicle in store.vehicles_of(key.name)],
+        }
+        for key in store.keys
+    ]
+    return CommandReport(True, data={"keys": keys})
+
+
+def _print(store: KeyStore) -> None:
     if not store.keys:
         _say(f"no keys in {store.directory}")
     width = max((len(key.name) for key in store.keys), default=0)
     for key in store.keys:
         vehicles = ", ".join(vehicle_name(*vehicle) for vehicle in store.vehicles_of(key.name))
         _say(f"{key.name:<{width}}  {key.fingerprint}  {f'vehicle {vehicles}' if vehicles else 'no vehicle'}")
-    return OK
 
 
-def _assign(store: KeyStore, arguments: argparse.Namespace) -> int:
+def _assign(store: KeyStore, arguments: argparse.Namespace) -> CommandReport:
     store.assign(arguments.name, arguments.network, arguments.vehicle)
     vehicle = vehicle_name(arguments.network, arguments.vehicle)
-    _say(f"vehicle {vehicle} must hold key {arguments.name} already: nothing else of it is believed from now on")
-    return OK
+    return _said(
+        f"vehicle {vehicle} must hold key {arguments.name} already: nothing else of it is believed from now on"
+    )
 
 
 def _not_in_flight(arguments: argparse.Namespace, vehicles: list[tuple[str, int]]) -> None:
@@ -70,28 +87,25 @@ def _not_in_flight(arguments: argparse.Namespace, vehicles: list[tuple[str, int]
         raise CommandError(f"vehicle {ids} is armed: without its key it would obey no station. Land it first")
 
 
-def _unassign(store: KeyStore, arguments: argparse.Namespace) -> int:
+def _unassign(store: KeyStore, arguments: argparse.Namespace) -> CommandReport:
     _not_in_flight(arguments, [(arguments.network, arguments.vehicle)])
     store.unassign(arguments.network, arguments.vehicle)
-    _say(f"vehicle {vehicle_name(arguments.network, arguments.vehicle)}: has no key any more")
-    return OK
+    return _said(f"vehicle {vehicle_name(arguments.network, arguments.vehicle)}: has no key any more")
 
 
-def _remove(store: KeyStore, arguments: argparse.Namespace) -> int:
+def _remove(store: KeyStore, arguments: argparse.Namespace) -> CommandReport:
     key = store.key(arguments.name)
     _not_in_flight(arguments, store.vehicles_of(key.name))
     vehicles = ", ".join(vehicle_name(*vehicle) for vehicle in store.vehicles_of(key.name))
     if vehicles:
         _say(f"Vehicles that hold this key obey no station without it: {vehicles}")
     if _answer(f"Type {key.name} to forget the key {key.fingerprint} for ever: ") != key.name:
-        _say("nothing was removed")
-        return FAILED
+        return _said("nothing was removed", ReportCode.CANCELLED)
     store.remove(key.name)
-    _say(f"key {key.name} removed")
-    return OK
+    return _said(f"key {key.name} removed")
 
 
-def _provision(store: KeyStore, arguments: argparse.Namespace) -> int:
+def _provision(store: KeyStore, arguments: argparse.Namespace) -> CommandReport:
     """Give a vehicle its key in two steps: the station announces what it will do, and does it for the code it gave."""
     from tui_gcs.core.protocol.bus import BusError
     from tui_gcs.core.protocol.common import ProvisionKey, Reply, decode, encode
@@ -110,20 +124,18 @@ def _provision(store: KeyStore, arguments: argparse.Namespace) -> int:
 
     try:
         reply = ask("")
-        _say(reply.text)
         if not reply.ok:
-            return FAILED
+            return _said(reply.text, ReportCode.REFUSED)
+        _say(reply.text)
         code = _answer("Type the code to send the key, nothing to leave the vehicle as it is: ").strip()
         if not code:
-            _say("nothing was sent")
-            return FAILED
+            return _said("nothing was sent", ReportCode.CANCELLED)
         reply = ask(code)
-        _say(reply.text)
     except BusError as error:
         raise CommandError(str(error)) from None
     finally:
         bus.close()
-    return OK if reply.ok else FAILED
+    return _said(reply.text, ReportCode.NONE if reply.ok else ReportCode.REFUSED)
 
 
 def _typed(form: Form) -> bytes:
@@ -148,7 +160,13 @@ def _say(text: str) -> None:
     sys.stdout.write(text + "\n")
 
 
-_ACTIONS: dict[str, Callable[[KeyStore, argparse.Namespace], int]] = {
+def _said(text: str, code: ReportCode = ReportCode.NONE) -> CommandReport:
+    """Print the result, and return it for scripts; it is ok without a code."""
+    _say(text)
+    return CommandReport(not code, code, text)
+
+
+_ACTIONS: dict[str, Callable[[KeyStore, argparse.Namespace], CommandReport]] = {
     "add": _keep,
     "import": _keep,
     "list": _list,

@@ -301,6 +301,7 @@ def _add_keys(commands: options.Commands) -> None:
     ):
         parser = parsers[name] = options.command(actions, name, text)
         parser.add_argument("--kind", choices=("live", "sim"), default="live", help="whose keys (default live)")
+        options.report(parser)
         if name == "provision":
             parser.add_argument("vehicle", type=int, metavar="VEHICLE", help="as the fly screen numbers it")
         if name not in ("list", "unassign"):

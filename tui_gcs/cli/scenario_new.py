@@ -5,7 +5,8 @@ import shlex
 import sys
 from pathlib import Path
 
-from tui_gcs.cli.exit_codes import OK, CommandError
+from tui_gcs.cli.command_report import CommandReport, finish
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.scenario.load import ScenarioError, parse
@@ -38,13 +39,15 @@ def run(arguments: argparse.Namespace) -> int:
         raise CommandError(error.problems[0]) from None
     _write(path, text)
     name = shlex.quote(str(path))
-    sys.stdout.write(
-        f"{clean(str(path), 200)}: {_what(scenario)}. {_where(arguments.origin, origin)}\n"
-        f"  tui-gcs demo --scenario {name}     p shows the plan screen: g settings, + zone, R round, ^S saves\n"
-        f"  tui-gcs check {name}\n"
-        f"  tui-gcs rehearse {name}\n"
-    )
-    return OK
+    text = f"{clean(str(path), 200)}: {_what(scenario)}"
+    if not arguments.json:
+        sys.stdout.write(
+            f"{text}. {_where(arguments.origin, origin)}\n"
+            f"  tui-gcs demo --scenario {name}     p shows the plan screen: g settings, + zone, R round, ^S saves\n"
+            f"  tui-gcs check {name}\n"
+            f"  tui-gcs rehearse {name}\n"
+        )
+    return finish(arguments, CommandReport(True, text=text, data={"file": str(path)}))
 
 
 def _what(scenario: Scenario) -> str:

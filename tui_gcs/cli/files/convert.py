@@ -5,8 +5,18 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.files.file_access import MAX_CELLS, may_write, missions_in, options_for, put, read_any, tell
+from tui_gcs.cli.command_report import CommandReport, finish
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
+from tui_gcs.cli.files.file_access import (
+    MAX_CELLS,
+    may_write,
+    missions_in,
+    options_for,
+    put,
+    read_any,
+    tell,
+    written_data,
+)
 
 if TYPE_CHECKING:
     from tui_gcs.core.formats.file_types import Format
@@ -34,9 +44,12 @@ def run(arguments: argparse.Namespace) -> int:
     except FormatError as error:
         raise CommandError(f"{clean(str(source), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
     put(target, written.data, force=arguments.force)
-    tell(written)
-    sys.stdout.write(f"{clean(str(target), MAX_CELLS)} written: {target_format.text}\n")
-    return FAILED if written.left_out else OK
+    text = f"{clean(str(target), MAX_CELLS)} written: {target_format.text}"
+    if not arguments.json:
+        tell(written)
+        sys.stdout.write(f"{text}\n")
+    code = ReportCode.FAILED if written.left_out else ReportCode.NONE
+    return finish(arguments, CommandReport(not written.left_out, code, text, written_data(target, written)))
 
 
 def _target(target: Path, to: str | None) -> "Format":

@@ -4,8 +4,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.files.file_access import MAX_CELLS, may_write, options_for, put, tell
+from tui_gcs.cli.command_report import VehicleReport, finish, of_vehicles
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
+from tui_gcs.cli.files.file_access import MAX_CELLS, may_write, options_for, put, tell, written_data
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Written
 from tui_gcs.core.formats.conversion import convert
@@ -29,11 +30,16 @@ def convert_missions(arguments: argparse.Namespace, data: bytes, target_format: 
     for file in files.values():
         may_write(file, force=arguments.force)
     written = {vehicle: _written(vehicle, draft, arguments, target_format) for vehicle, draft in chosen.items()}
+    entries = []
     for vehicle, each in written.items():
         put(files[vehicle], each.data, force=arguments.force)
-        tell(each, f"vehicle {vehicle}: ")
-        sys.stdout.write(f"vehicle {vehicle}: {clean(str(files[vehicle]), MAX_CELLS)} written: {target_format.text}\n")
-    return FAILED if any(each.left_out for each in written.values()) else OK
+        text = f"{clean(str(files[vehicle]), MAX_CELLS)} written: {target_format.text}"
+        if not arguments.json:
+            tell(each, f"vehicle {vehicle}: ")
+            sys.stdout.write(f"vehicle {vehicle}: {text}\n")
+        code = ReportCode.FAILED if each.left_out else ReportCode.NONE
+        entries.append(VehicleReport(vehicle, not each.left_out, code, text, written_data(files[vehicle], each)))
+    return finish(arguments, of_vehicles(entries))
 
 
 def target_for(target: Path, vehicle: int, *, alone: bool) -> Path:

@@ -29,6 +29,11 @@ def tell(written: "Written", name: str = "") -> None:
         sys.stdout.write(f"{name}left out: {clean(lost, MAX_CELLS)}\n")
 
 
+def written_data(target: Path, written: "Written") -> dict[str, object]:
+    """Return what is reported in JSON of a file that was written."""
+    return {"file": str(target), "notes": written.notes, "left_out": written.left_out}
+
+
 def missions_in(path: Path) -> bytes | None:
     """Return the content of the missions screen's own file, or None if it is another JSON file.
 

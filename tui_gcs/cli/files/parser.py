@@ -65,6 +65,7 @@ def _add_scenario(commands: Commands) -> None:
     new.add_argument("--vehicles", type=int, default=4, metavar="N", help="with system ids from 1 on (default 4)")
     new.add_argument("--teams", type=int, metavar="N", help="each with a zone of its own (default: one for 9 vehicles)")
     new.add_argument("--rounds", type=int, default=1, metavar="N", help="1 to 3 (default 1)")
+    options.report(new)
 
 
 def _add_convert(commands: Commands) -> None:
@@ -83,6 +84,7 @@ def _add_convert(commands: Commands) -> None:
     known = "of a missions file (default: a file for each, OUT-1.plan, OUT-2.plan ...)"
     convert.add_argument("--vehicle", type=int, metavar="ID", help=known)
     convert.add_argument("--base", metavar="SCENARIO.toml", help="the scenario that zones are added to")
+    options.report(convert)
 
 
 def _common(parser: argparse.ArgumentParser) -> None:

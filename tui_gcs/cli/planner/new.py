@@ -6,7 +6,8 @@ import re
 import sys
 from pathlib import Path
 
-from tui_gcs.cli.exit_codes import OK, CommandError
+from tui_gcs.cli.command_report import CommandReport, finish
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.planner.new_sources import PER_TEAM, PER_VEHICLE
 from tui_gcs.planner import api
 from tui_gcs.planner.runtime import registry
@@ -18,13 +19,15 @@ def run(arguments: argparse.Namespace) -> int:
     """Write the file; an existing file is not touched."""
     path = write(arguments.name, Path(arguments.dir), PER_VEHICLE if arguments.per_vehicle else PER_TEAM)
     lines = len(path.read_text().splitlines())
-    sys.stdout.write(
-        f"{path}: {lines} lines that fly. Next:\n"
-        f"  tui-gcs planner check {path}\n"
-        f"  tui-gcs planner watch {path}      flies on with every version you save\n"
-        f"What a planner is given and may ask for: the top of {api.__file__}\n"
-    )
-    return OK
+    text = f"{path}: {lines} lines that fly"
+    if not arguments.json:
+        sys.stdout.write(
+            f"{text}. Next:\n"
+            f"  tui-gcs planner check {path}\n"
+            f"  tui-gcs planner watch {path}      flies on with every version you save\n"
+            f"What a planner is given and may ask for: the top of {api.__file__}\n"
+        )
+    return finish(arguments, CommandReport(True, text=text, data={"file": str(path)}))
 
 
 def write(name: str, folder: Path, text: str = PER_TEAM) -> Path:

@@ -24,6 +24,7 @@ def add(commands: options.Commands) -> None:
 
     per_vehicle = "one that runs on each vehicle and hears its neighbours, instead of one for the team"
     new.add_argument("--per-vehicle", action="store_true", help=per_vehicle)
+    options.report(new)
 
     listed = _action(actions, "list", "built-in and installed planners, and what can be set")
     options.report(listed)
