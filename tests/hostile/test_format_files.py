@@ -249,7 +249,18 @@ def test_a_result_is_not_written_into_a_pipe_without_a_reader(
 ) -> None:
     os.mkfifo(tmp_path / "out")
     assert main([*option.split(), str(tmp_path / "out")]) == 2
-    assert "out: cannot be written (a pipe without a reader)" in capsys.readouterr().err
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith("out: cannot be written (a pipe without a reader)")
+
+
+def test_a_document_is_not_written_into_a_pipe_without_a_reader(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
+    os.mkfifo(tmp_path / "out")
+    assert main(["hold", "--output", str(tmp_path / "out")]) == 2
+    why, where = capsys.readouterr().err.splitlines()
+    assert "no station runs" in why and "out: cannot be written (a pipe without a reader)" in where
 
 
 def test_what_is_wanted_from_a_vehicle_replaces_plain_files_only(tmp_path: Path) -> None:

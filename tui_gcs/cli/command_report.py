@@ -13,7 +13,9 @@ from typing import Any, TextIO
 
 import msgspec
 
+from tui_gcs.cli.common import check_writable
 from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK, CommandError, ReportCode
+from tui_gcs.core.base import regular_file
 
 
 class VehicleReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -51,6 +53,15 @@ def finish(arguments: argparse.Namespace, report: CommandReport, code: int | Non
     if arguments.output is not None and not _written(arguments.output, report):
         return CANNOT
     return exit_code
+
+
+def check_output(arguments: argparse.Namespace) -> None:
+    """Check before a long command that its document can be written to a file. Raises `CommandError`."""
+    try:
+        check_writable(arguments.output)
+    except CommandError:
+        arguments.output = None  # the error is not written there either
+        raise
 
 
 def write_line(stream: TextIO, report: CommandReport) -> None:
@@ -94,6 +105,7 @@ def of_vehicles(
 
 def _written(file: str, report: CommandReport) -> bool:
     try:
+        regular_file.check_writable(Path(file))  # a pipe without a reader would be waited for
         Path(file).write_bytes(msgspec.json.format(msgspec.json.encode(report), indent=2) + b"\n")
     except OSError as error:
         sys.stderr.write(f"tui-gcs: {file}: cannot be written ({error.strerror}); the result is as printed above\n")

@@ -5,7 +5,6 @@ import sys
 
 from tui_gcs.cli.common import (
     check_seed,
-    check_writable,
     need_terminal,
     read_planners,
     read_scenario,
@@ -46,11 +45,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _fly_headless(arguments: argparse.Namespace) -> int:
     """Fly in lock-step, and print the table or the document. The exit code is 0 only if every check holds."""
-    from tui_gcs.cli.command_report import finish
+    from tui_gcs.cli.command_report import check_output, finish
     from tui_gcs.cli.lock_step_run import read_request
     from tui_gcs.cli.result_table import document, show
 
-    check_writable(arguments.output)
+    check_output(arguments)
     flight = read_request(arguments, "headless")
     result, problem = flight.fly()
     show(arguments, result, problem)

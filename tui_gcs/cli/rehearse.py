@@ -6,7 +6,7 @@ import time
 
 import msgspec
 
-from tui_gcs.cli.command_report import CommandReport, finish
+from tui_gcs.cli.command_report import CommandReport, check_output, finish
 from tui_gcs.cli.common import check_writable, login_name
 from tui_gcs.cli.exit_codes import CANNOT, CommandError, ReportCode
 from tui_gcs.cli.flights import metric_files
@@ -30,7 +30,8 @@ IN_THE_PLAN = ("scenario", "autopilots", "planner", "set", "vehicles")
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table and write the report. The exit code is 0 only if every gate holds."""
-    for file in (arguments.output, arguments.report, arguments.metrics):
+    check_output(arguments)
+    for file in (arguments.report, arguments.metrics):
         check_writable(file)
     records: list[FlightRecord] = []
     flown = SimulatedTime()

@@ -9,8 +9,8 @@ import time
 
 import msgspec
 
-from tui_gcs.cli.command_report import finish
-from tui_gcs.cli.common import check_writable, join, login_name, read_planners, read_scenario, running
+from tui_gcs.cli.command_report import check_output, finish
+from tui_gcs.cli.common import join, login_name, read_planners, read_scenario, running
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.flights.scenario_options import require_gates
 from tui_gcs.cli.fly import start
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     kind = RunKind(arguments.kind.upper())
     if running(kind):
         raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
-    check_writable(arguments.output)
+    check_output(arguments)
     _check_overrides(arguments.override)
     planners = read_planners(arguments.planner)
     scenario, toml, _ = read_scenario(arguments.scenario, planners)

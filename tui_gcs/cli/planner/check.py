@@ -17,8 +17,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tui_gcs.cli.command_report import CommandReport, finish
-from tui_gcs.cli.common import check_seed, check_writable
+from tui_gcs.cli.command_report import CommandReport, check_output, finish
+from tui_gcs.cli.common import check_seed
 from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.core.base.text import clean
 from tui_gcs.planner.check.suite import CHECKS, FIRST
@@ -43,7 +43,7 @@ Line = dict[str, Any]
 def run(arguments: argparse.Namespace) -> int:
     """Make the checks; the exit code is 0 only if all of them hold."""
     check_seed(arguments.seed)
-    check_writable(arguments.output)
+    check_output(arguments)
     what = arguments.planner
     _exists(what)
     wanted = wanted_checks(arguments.only)
