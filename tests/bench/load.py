@@ -98,9 +98,9 @@ class Played:
 
 
 @contextmanager
-def sender(port: int, seconds: float, times: int, *, first: int = 1) -> Iterator[Played]:
+def sender(port: int, seconds: float, times: int, *, first: int = 1, last: int = VEHICLES) -> Iterator[Played]:
     """A fleet that begins to send now."""
-    wanted = {"port": port, "first": first, "vehicles": VEHICLES, "seconds": seconds, "times": times}
+    wanted = {"port": port, "first": first, "vehicles": last, "seconds": seconds, "times": times}
     command = [sys.executable, "-m", "tests.bench.sender", json.dumps(wanted)]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
@@ -108,7 +108,7 @@ def sender(port: int, seconds: float, times: int, *, first: int = 1) -> Iterator
             raise NotMeasured("the sender did not start")
         process.stdin.write("\n")
         process.stdin.flush()
-        yield Played(process, (VEHICLES - first + 1) * RATE_HZ * times)
+        yield Played(process, (last - first + 1) * RATE_HZ * times)
     finally:
         process.kill()
         process.wait()

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests.bench.live import cpu_s
-from tests.bench.load import VEHICLES, sender
+from tests.bench.load import sender
 from tests.bench.row import NotMeasured, Row
 from tests.bench.station import STATION, LiveStation, live_station, processes
 from tui_gcs.core.base.directories import socket_path
@@ -22,7 +22,7 @@ SETTLED_S, TIMEOUT_S = 4.0, 30.0
 
 def restart(_: Path) -> Iterator[Row]:
     """About a minute: seconds between the last fleet frame of the killed station and the first of the next one."""
-    with live_station() as station, sender(station.port, 300.0, 1, first=VEHICLES - FLOWN + 1) as played:
+    with live_station() as station, sender(station.port, 300.0, 1, last=FLOWN) as played:
         station.until(lambda status: status.heard == FLOWN, 15, f"{FLOWN} vehicles heard")
         taken = [_blind(station) for _ in range(KILLS)]
         played.end()

@@ -1,5 +1,7 @@
 """Bad input on the command line: one clear line on stderr, exit code other than 0, no traceback, nothing started."""
 
+import errno
+import os
 import runpy
 import socket
 import subprocess
@@ -94,12 +96,29 @@ def test_a_state_directory_that_others_may_change_is_one_line(tmp_path: Path, mo
     assert "every user may write there" in refused("run", str(SCENARIO), "--yes")
 
 
-def test_too_few_open_files_is_one_line():
-    command = f"ulimit -n 24; exec {sys.executable} -m tui_gcs run {SCENARIO} --yes"
-    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, timeout=20)
+@pytest.mark.parametrize("verb", [f"run {SCENARIO} --yes", "demo --headless", f"rehearse {SCENARIO}"])
+def test_too_few_open_files_is_one_line(verb: str):
+    command = f"ulimit -n 24; exec {sys.executable} -m tui_gcs {verb}"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, timeout=60)
     assert done.returncode == 2
     assert done.stderr.startswith("tui-gcs: only 24 open files are allowed here, 64 are needed")
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("number", "advice"),
+    [(errno.EMFILE, "raise the limit of open files"), (errno.ENOSPC, "make room"), (errno.EROFS, "name another place")],
+)
+def test_what_runs_out_in_the_midst_is_one_line(
+    number: int, advice: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    def run(_arguments: object) -> int:
+        raise OSError(number, os.strerror(number), "log/run.tlog")
+
+    monkeypatch.setattr("tui_gcs.cli.replay.run", run)
+    assert main(["replay", str(DATA / "px4-8.tlog"), "--summary"]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert line.startswith(f"tui-gcs: log/run.tlog: {os.strerror(number)}: ") and advice in line
 
 
 @pytest.mark.parametrize("command", ["status", "stop"])

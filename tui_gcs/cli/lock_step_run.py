@@ -25,6 +25,7 @@ from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.sim_fleet import weather_of, world_of
 from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.directories import ConfigError, state_dir
+from tui_gcs.core.base.open_files import require_open_files
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.judging.referee import Referee
@@ -84,6 +85,7 @@ class LockStepRequest:
 def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
     """Read the arguments of a flight. Raises `CommandError`."""
     check_seed(arguments.seed)
+    require_open_files()
     named = tuple(name for name in arguments.planner if name in registry.names())
     planners = read_planners([file for file in arguments.planner if file not in named])
     _, toml, path = read_scenario(arguments.scenario, None)

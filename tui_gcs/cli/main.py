@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import errno
 import importlib
 import os
 import sys
@@ -17,6 +18,15 @@ from tui_gcs.cli.installation.completion import SHELLS
 from tui_gcs.cli.planner import parser as planner_parser
 from tui_gcs.cli.vehicle import parser as vehicle_parser
 from tui_gcs.core.base.directories import ConfigError
+
+LACKS = {
+    errno.EMFILE: "raise the limit of open files (`ulimit -n`)",
+    errno.ENFILE: "this computer has too many files open: end other programs",
+    errno.ENOSPC: "make room on the disk, or name another place (TUI_GCS_STATE_DIR)",
+    errno.EDQUOT: "make room in your quota, or name another place (TUI_GCS_STATE_DIR)",
+    errno.EROFS: "nothing can be written there: name another place (TUI_GCS_STATE_DIR)",
+}
+"""What the computer may lack, whatever the command does, and what to do about it."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -45,6 +55,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # whoever read it has seen enough, e.g. `head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
+    except OSError as error:
+        if error.errno not in LACKS:
+            raise
+        where = f"{error.filename}: " if error.filename else ""
+        return _cannot_run(arguments, error, f"{where}{error.strerror}: {LACKS[error.errno]}")
 
 
 def _parsed(words: Sequence[str]) -> argparse.Namespace:
