@@ -40,7 +40,7 @@ def _blind(station: LiveStation) -> tuple[float, float, float]:
     try:
         bus.subscribe(FLEET, lambda _, data: came.append((time.monotonic(), data)))
         time.sleep(SETTLED_S)
-        (pid,) = processes(STATION)
+        pid = processes(STATION)[-1]
         os.kill(pid, signal.SIGKILL)
         killed_s = time.monotonic()
         time.sleep(0.05)  # what the killed one had sent has arrived
@@ -49,7 +49,7 @@ def _blind(station: LiveStation) -> tuple[float, float, float]:
             if time.monotonic() - killed_s > TIMEOUT_S:
                 raise NotMeasured(f"no frame with the fleet within {TIMEOUT_S:.0f} s")
             time.sleep(0.02)
-        (new,) = processes(STATION)
+        new = next(number for number in processes(STATION) if number != pid)
         last_s = came[before - 1][0] if before else killed_s
         return came[before][0] - last_s, _whole(came[before:])[0][0] - last_s, cpu_s(new)
     finally:

@@ -39,7 +39,9 @@ RUN_FILE = "run.json"
 START_LIMIT_S = 15.0
 """Time in which a started station must answer."""
 RESTART_S = 0.3
-"""Pause before a dead station is restarted."""
+"""Pause before a station is restarted that died soon after its start."""
+SHORT_LIFE_S = 5.0
+"""A station that lived longer is restarted at once: until then its vehicles are steered by nothing."""
 CANNOT_START = 2
 """Exit code of a station that must not be restarted."""
 MAX_RESTARTS = 20
@@ -279,7 +281,8 @@ def _keep_station(directory: Path, wants: int) -> int:
             kill_orphans(set())  # planner workers of the dead station, and what they have started
         if code in (0, CANNOT_START):
             return code
-        time.sleep(RESTART_S)
+        if time.monotonic() - starts[-1] < SHORT_LIFE_S:
+            time.sleep(RESTART_S)
     return 0
 
 
