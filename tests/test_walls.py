@@ -70,6 +70,7 @@ BROAD_EXCEPT_ALLOWED = {
     "tui_gcs/planner/runtime/planner_file.py",  # or run from its file here
     "tui_gcs/planner/check/subject.py",  # and asked for its state here
     "tui_gcs/planner/patrol/background_search.py",  # a thread's error is raised again where it is waited for
+    "tui_gcs/core/records/onboard_logs.py",  # pymavlink's reader raises plain Exception, which is told apart
     "tui_gcs/core/process/station_process.py",  # the edge of a process: logs and ends
 }
 PLANNER_MACHINERY = (

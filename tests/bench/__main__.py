@@ -19,12 +19,12 @@ from tests.bench.editing import editing
 from tests.bench.files import files
 from tests.bench.flood import flood
 from tests.bench.guard import guard
-from tests.bench.guardian_figures import guardian
-from tests.bench.guardian_flown import guardian_flown
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.hold import hold
 from tests.bench.live import live
 from tests.bench.load import latency, load
+from tests.bench.planning.guardian_figures import guardian
+from tests.bench.planning.guardian_flown import guardian_flown
 from tests.bench.planning.losses import planning_losses
 from tests.bench.planning.planning import planning, planning_long
 from tests.bench.planning.runs import planning_runs

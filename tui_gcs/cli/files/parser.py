@@ -24,6 +24,13 @@ examples:
 
 Exit code 0 if OUT holds all of IN, 1 if it is written and something is left out, 2 if nothing is written."""
 
+EXPORT = """examples:
+  tui-gcs export flight.tlog > flight.csv                  a row for each position of each vehicle
+  tui-gcs export flight.tlog --vehicles 1-4 --file flight.kml
+  tui-gcs export flight.tlog 00000042.BIN --file both.csv  the vehicle's own log beside the station's, joined by time
+
+Exit code 0, or 1 if a log is damaged, empty or without absolute times; 2 if nothing is written."""
+
 CHECK = "Exit code 0 if there is no error (cautions are none), 1 if there is one, 2 if the file cannot be read."
 
 
@@ -31,6 +38,7 @@ def add(commands: Commands) -> None:
     """Add the commands to the parser."""
     _add_scenario(commands)
     _add_convert(commands)
+    _add_export(commands)
     text = "what is wrong with a scenario, a plan or another file, before it flies"
     check = commands.add_parser("check", help=text, description=text, epilog=CHECK)
     check.set_defaults(module="files.check")
@@ -85,6 +93,19 @@ def _add_convert(commands: Commands) -> None:
     convert.add_argument("--vehicle", type=int, metavar="ID", help=known)
     convert.add_argument("--base", metavar="SCENARIO.toml", help="the scenario that zones are added to")
     options.report(convert)
+
+
+def _add_export(commands: Commands) -> None:
+    text = "the flown tracks of recorded flights, as a table or for map programs"
+    export = options.command(commands, "export", text, examples=EXPORT)
+    export.set_defaults(module="files.export")
+    known = "a log of a station (.tlog), of an ArduPilot (.bin) or of a PX4 (.ulg)"
+    export.add_argument("flight", metavar="FLIGHT", nargs="+", help=known)
+    known = "default: as FILE ends; csv on the standard output"
+    export.add_argument("--to", choices=("csv", "kml", "gpx"), help=known)
+    export.add_argument("--vehicles", metavar="IDS", help="only these, as 3, 3-7 or 1,4")
+    export.add_argument("--file", metavar="FILE", help="write a file instead of the standard output")
+    export.add_argument("--force", action="store_true", help="overwrite FILE")
 
 
 def _common(parser: argparse.ArgumentParser) -> None:

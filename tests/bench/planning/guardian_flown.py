@@ -22,7 +22,7 @@ from tui_gcs.core.scenario.model import Scenario, Team
 from tui_gcs.rehearsal.lock_step import LockStep
 from tui_gcs.rehearsal.rehearse import IntruderMonitor
 
-SHIPPED = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
+SHIPPED = Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml"
 WAVES = int(os.environ.get("TUI_GCS_BENCH_WAVES", "8"))
 FIRST_S, EVERY_S = 75.0, 70.0
 """Time for taking off and spreading, and from wave to wave."""
