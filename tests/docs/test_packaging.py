@@ -32,10 +32,11 @@ def test_the_commands_that_their_comments_name_are_understood(text: str) -> None
         command_line_parser().parse_args(shlex.split(line))
 
 
-def test_no_boot_and_no_crash_begins_a_flight_and_a_stopped_service_ends_none() -> None:
+def test_no_boot_and_no_crash_begins_a_flight_and_a_stop_waits_for_the_landing() -> None:
     assert "\n[Install]" not in UNIT
     assert "\nRestart=no\n" in UNIT
-    assert "\nKillMode=process\n" in UNIT
+    # `run` returns the vehicles on SIGTERM; the station must not be killed with it.
+    assert "\nKillMode=process\nTimeoutStopSec=15min\n" in UNIT
     command = re.findall(rf"^ExecStart={PROGRAM} (.*)$", UNIT, re.MULTILINE)[0]
     arguments = command_line_parser().parse_args(shlex.split(command))
     assert arguments.module == "run"

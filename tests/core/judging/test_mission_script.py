@@ -9,6 +9,7 @@ from tests.core.rigs.rig import TICK_S, Rig
 from tui_gcs.core.judging.mission_script import Script, Step, refusal_words
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase, RunPhase
+from tui_gcs.core.protocol.flight import Land
 
 MakeRig = Callable[..., Rig]
 
@@ -148,6 +149,29 @@ def test_a_person_who_holds_is_not_overruled(rig: MakeRig) -> None:
         flight.step()
         script.tick()
     assert flight.phase(1) is Phase.HOLDING
+
+
+def test_a_landing_that_an_operator_orders_after_a_hold_is_not_made_a_return(rig: MakeRig) -> None:
+    """Seen with a service that was stopped: its last frame still showed vehicles that held, so it ordered a return."""
+    flight = rig(2)
+    script = script_for(flight)
+    fly(flight, script, 60.0, Step.TAKE_OFF)
+    wait(flight, script, 8.0)
+    script.abort("interrupted")
+    wait(flight, script, 7.0)
+    flight.ask(m.Hold())
+    wait(flight, script, 6.0)
+    assert script.held_by and script.step is Step.RETURN
+    before = flight.station.publisher.frame()
+    flight.ask(Land())
+    flight.step()
+    script.on_status(flight.station.publisher.status())  # the status comes before the frame
+    assert not script.held_by
+    script.on_frame(before)
+    script.tick()
+    wait(flight, script, 1.0)
+    assert {flight.phase(1), flight.phase(2)} == {Phase.LANDING}
+    assert flight.texts("script").count("return: vehicles 1-2") == 1, "when the flight was interrupted"
 
 
 @pytest.mark.long

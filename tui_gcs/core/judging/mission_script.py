@@ -165,6 +165,8 @@ class Script:
         if math.isnan(self._since_s):
             self._since_s = now
         if self.held_by:
+            # The first frames after the hold do not show yet what the operator ordered instead, e.g. a landing.
+            self._try_s = now
             return
         {
             Step.WAIT: self._wait,
