@@ -27,7 +27,9 @@ LINK = udpin:127.0.0.1:14550
 IDS =
 ONLY =
 HOURS =
-PYTHONS = $(foreach minor,11 12 13 14,$(shell python3.$(minor) -c 'import ensurepip, sys; print(sys.executable)' 2>/dev/null))
+# Those on PATH, and those of pyenv, whose commands work only where they are chosen.
+PYTHONS = $(sort $(foreach minor,11 12 13 14,$(shell python3.$(minor) -c 'import ensurepip, sys; print(sys.executable)' 2>/dev/null)) \
+  $(wildcard $(HOME)/.pyenv/versions/3.1[1-4].*/bin/python3.1[1-4]))
 
 .PHONY: demo quick test flights endurance keys bench conformance guard mutants fuzz soak lint bytecode clean docs dist distcheck
 

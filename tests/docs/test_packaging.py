@@ -24,6 +24,16 @@ def test_what_the_container_copies_is_there_and_is_enough_to_install() -> None:
     assert set(copied) == needed
 
 
+def test_every_data_file_that_is_shipped_stands_in_the_notice() -> None:
+    notice = (ROOT / "NOTICE").read_text(encoding="utf-8")
+    files = [path for top in ("tui_gcs", "sitl") for path in (ROOT / top).rglob("*") if path.is_file()]
+    data = {p for p in files if p.suffix not in (".py", ".pyc") and p.name != "py.typed"}
+    assert {"px4.param", "newer.xml", "swarm-challenge.toml"} <= {path.name for path in data}
+    named = [p for p in data if f"{p.parent.relative_to(ROOT).as_posix()}/" in notice]
+    assert sorted(data) == sorted(named)
+    assert [path.name for path in data if path.parent.name == "data" and path.name not in notice] == []
+
+
 @pytest.mark.parametrize("text", [CONTAINER, UNIT], ids=["container", "unit"])
 def test_the_commands_that_their_comments_name_are_understood(text: str) -> None:
     lines = re.findall(r"^#.*\b(?:tui-gcs|gcs) tui-gcs ([a-z].*)$", text, re.MULTILINE)
