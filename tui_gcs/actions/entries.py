@@ -9,6 +9,8 @@ from tui_gcs.actions.orders import ORDERS, why_not_order
 
 _NO_ENTRY = frozenset({"digit", "enter", "cancel", "palette", "leave", "form"})
 """Actions that only make sense as keys."""
+SHOW = "show "
+"""How the names of the actions begin that show a screen."""
 
 
 @dataclass(frozen=True)
@@ -64,4 +66,11 @@ def found(entries: Iterable[Entry], text: str) -> list[Entry]:
     words = text.casefold().split()
     matching = [entry for entry in entries if entry.matches(words)]
     first = text.casefold().strip()
-    return sorted(matching, key=lambda entry: (bool(entry.why_not), not entry.name.casefold().startswith(first)))
+
+    def order(entry: Entry) -> tuple[bool, bool]:
+        name = entry.name.casefold()
+        # `:inspector` finds the screen, though its action is called `show inspector`.
+        begins = name.startswith(first) or name.removeprefix(SHOW).startswith(first)
+        return bool(entry.why_not), not begins
+
+    return sorted(matching, key=order)

@@ -1,6 +1,7 @@
 """Every table of actions, by the scope that a keymap file calls it."""
 
 from tui_gcs.actions.action import APP
+from tui_gcs.actions.inspector_actions import INSPECTOR_ACTIONS
 from tui_gcs.actions.mission_actions import MISSION_ACTIONS
 from tui_gcs.actions.parameter_actions import PARAMETER_ACTIONS
 from tui_gcs.actions.plan_actions import PLAN_ACTIONS
@@ -15,4 +16,5 @@ SCOPES = {
     "vehicles": VEHICLES_ACTIONS,
     "journal": JOURNAL_ACTIONS,
     "parameters": PARAMETER_ACTIONS,
+    "inspector": INSPECTOR_ACTIONS,
 }

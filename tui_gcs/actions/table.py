@@ -48,7 +48,10 @@ def _command(name: str, keys: str, label: str, text: str, weight: int = 0, **mor
     return action(name, keys, label, text, COMMAND, weight, do=f"command('{name}')", **more)
 
 
-MENU_SCREENS = (("p", "parameters", "Parameters", "search, compare, set, copy, load, save"),)
+MENU_SCREENS = (
+    ("p", "parameters", "Parameters", "search, compare, set, copy, load, save"),
+    ("i", "inspector", "Inspector", "every message live: rates, fields, bytes; what was dropped"),
+)
 """Screens without a key of their own: letter in the menu of `S`, mode, name, what is on it."""
 
 

@@ -15,6 +15,7 @@ SCREENS = (
     "logs.journal_screen",
     "fly.planners_dialog",
     "parameters.parameters_screen",
+    "inspect.inspector_screen",
 )
 
 

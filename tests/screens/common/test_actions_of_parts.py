@@ -12,6 +12,7 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.inspect.inspector_screen import InspectorScreen
 from tui_gcs.screens.logs.journal_screen import JournalScreen
 from tui_gcs.screens.missions.missions_screen import MissionsScreen
 from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
@@ -25,7 +26,12 @@ HANDLED_BEFORE = {"form", "corner", "snapping", "pointer"}
 def screen_of(scope: str) -> Screen:
     clock = VirtualClock()
     feed = Feed(MemoryBus(), "test", clock=clock)
-    drafts = {"plan": PlanScreen, "missions": MissionsScreen, "parameters": ParametersScreen}
+    drafts = {
+        "plan": PlanScreen,
+        "missions": MissionsScreen,
+        "parameters": ParametersScreen,
+        "inspector": InspectorScreen,
+    }
     if scope in drafts:
         return drafts[scope](feed, clock)
     return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen}[scope](feed)

@@ -23,6 +23,7 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.inspection import GetMessages, Inspection, MessageDetail, SetMessageRate
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.protocol.setup import AskPayloads, GetTraffic, TrafficRow
 from tui_gcs.core.records.event_log import EventLog
@@ -79,6 +80,13 @@ class FakeStation:
     """What every vehicle says about its parameters."""
     no_set: dict[int, str] = field(default_factory=dict)
     """Vehicles that refuse every value, and why."""
+    inspection: Inspection | None = None
+    """What is received."""
+    details: dict[int, MessageDetail] = field(default_factory=dict)
+    """The newest frame of messages, by message id; every vehicle's is the same."""
+    doubts: str = ""
+    """Why a message rate has to be meant."""
+    dropped: dict[str, int] = field(default_factory=dict)
     planners: tuple[m.PlannerInfo, ...] = ()
     preflight: tuple[Check, ...] = ()
     metrics: dict[str, float] = field(default_factory=dict)
@@ -164,6 +172,7 @@ class FakeStation:
             if_silent={v: self.if_silent(v) for v in frame.ids},
             alarms=self.alarms(),
             preflight=self.preflight,
+            dropped=self.dropped,
         )
 
     def alarms(self) -> tuple[m.Alarm, ...]:
@@ -324,13 +333,30 @@ class FakeStation:
                 held[name] = msgspec.structs.replace(held[name], value=value)
         return self._ended(request, self.no_set)
 
-    def _ended(self, request: s.FetchParams | s.SetParams, failed: dict[int, str]) -> s.ServiceReply:
+    def _ended(self, request: s.FetchParams | s.SetParams | SetMessageRate, failed: dict[int, str]) -> s.ServiceReply:
         """Tasks that are over when they are asked about."""
         reply = self._begin(request)
         for task in reply.tasks:
             why = failed.get(task.vehicle, "")
             self.end_task(task.number, "failed" if why else "done", why)
         return reply
+
+    def _messages(self, request: GetMessages) -> s.ServiceReply:
+        found = self.inspection
+        if found is None:
+            return s.ServiceReply(ok=True)
+        rows = tuple(row for row in found.rows if not request.vehicles or row.vehicle in request.vehicles)
+        detail = self.details.get(request.detail.msgid) if request.detail is not None else None
+        if detail is not None and request.detail is not None:
+            detail = msgspec.structs.replace(detail, key=request.detail)
+        found = msgspec.structs.replace(found, t_s=self.t_s, rows=rows, detail=detail)
+        return s.ServiceReply(ok=True, inspection=found)
+
+    def _set_rate(self, request: SetMessageRate) -> s.ServiceReply:
+        if self.doubts and not request.sure:
+            results = (m.VehicleResult(v, False, self.doubts, m.ReplyCode.NOT_CONFIRMED) for v in request.vehicles)
+            return s.ServiceReply(ok=False, results=tuple(results))
+        return self._ended(request, self.no_set)
 
     def _on_board(self, request: s.GetOnBoard) -> s.ServiceReply:
         rows = tuple(self.on_board[v] for v in request.vehicles if v in self.on_board)
@@ -394,6 +420,7 @@ class FakeStation:
             m.Preview,
             m.CancelPreview,
             GetTraffic,
+            GetMessages,
             AskPayloads,
             m.GetJournal,
             m.Note,
@@ -422,6 +449,8 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     s.GetVehicles: FakeStation._vehicles,
     s.GetModes: FakeStation._modes,
     s.GetOnBoard: FakeStation._on_board,
+    GetMessages: FakeStation._messages,
+    SetMessageRate: FakeStation._set_rate,
     s.GetParams: FakeStation._params,
     s.GetParamInfos: lambda station, request: s.ServiceReply(
         ok=True, param_infos=tuple(station.infos[name] for name in request.names if name in station.infos)

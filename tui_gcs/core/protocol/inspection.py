@@ -5,6 +5,7 @@ that nothing is spent while no console asks, and nothing remains of a console th
 counts of two answers.
 """
 
+from tui_gcs.core.mavlink.field_meanings import FieldValue
 from tui_gcs.core.protocol.base import Message, Request, VehicleRequest, Vehicles
 
 MAX_ROWS = 2000
@@ -13,9 +14,6 @@ MAX_SOURCES = 200
 """Senders' addresses in one answer."""
 MAX_RATE_HZ = 200.0
 """Autopilots send nothing faster than their main loop; ArduPilot keeps intervals in whole milliseconds."""
-
-FieldValue = int | float | str | tuple[int | float, ...]
-"""A number in MAVLink's own scaling, a cleaned text, or an array."""
 
 
 class MessageKey(Message, frozen=True):
@@ -45,6 +43,8 @@ class MessageRow(Message, frozen=True):
     signed: bool
     version: int
     """MAVLink 1 or 2."""
+    autopilot: bool
+    """Its component is the one that the station takes for the autopilot."""
     used: bool
     """Its frames count; False: they come over a path that is not accepted, or from no vehicle."""
 

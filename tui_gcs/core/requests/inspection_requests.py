@@ -132,6 +132,7 @@ def _row(source: Source, slot: Slot, vehicle: int, now: float) -> p.MessageRow:
         size=len(slot.raw),
         signed=slot.signed,
         version=2 if slot.raw[0] == MAGIC_V2 else 1,
+        autopilot=slot.owner is not None and slot.component == slot.owner.component,
         used=path is not None and path.state is PathState.USED,
     )
 

@@ -1,0 +1,26 @@
+"""The inspector's keys, for bindings, footer and help."""
+
+from tui_gcs.actions.action import COMMAND, SELECT, VIEW, action
+
+COPY = "Copy"
+
+INSPECTOR_ACTIONS = (
+    action("rate", "R", "rate", "ask the vehicle for this message at a rate; asks", COMMAND, 8),
+    action("filter", "slash", "find", "words of vehicle (v3), component (c1), message, link", VIEW, 9),
+    action("freeze", "z", "freeze", "stop the picture, and let it go on", VIEW, 7),
+    action("next_view", "tab", "view", "messages; what was dropped and why", VIEW, 8),
+    action("as_bytes", "x", "hex", "the newest frame as bytes, or as fields", VIEW, 5),
+    action("enlarge", "enter", "", "the fields alone, as large as the screen, and back", VIEW),
+    action("scroll_down", "right_square_bracket", "", "more fields", VIEW, shown="[ ]", do="scroll(3)"),
+    action("scroll_up", "left_square_bracket", "", "", VIEW, do="scroll(-3)"),
+    action("copy", "y", "copy", "what is shown of the message, to the terminal's clipboard (OSC 52)", COPY, 6),
+    action("select_next", "n", "", "look at the next and previous vehicle", SELECT, shown="n/N", do="look(1)"),
+    action("select_previous", "N", "", "", SELECT, do="look(-1)"),
+    action("up", "up k", "", "the row above and below; PgUp, PgDn, Home, End too", VIEW, shown="arrows", do="step(-1)"),
+    action("down", "down j", "", "", VIEW, do="step(1)"),
+    action("page_up", "pageup", "", "", VIEW, do="page(-1)"),
+    action("page_down", "pagedown", "", "", VIEW, do="page(1)"),
+    action("first", "home", "", "", VIEW, do="end(-1)"),
+    action("last", "end", "", "", VIEW, do="end(1)"),
+    action("cancel", "escape", "", "end the search", VIEW),
+)
