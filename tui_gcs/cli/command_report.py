@@ -93,14 +93,18 @@ def document_alone(arguments: argparse.Namespace) -> Iterator[None]:
 def of_vehicles(
     vehicles: Iterable[VehicleReport], text: str = "", data: Mapping[str, Any] | None = None
 ) -> CommandReport:
-    """Return a report that is ok if there are vehicles and all of them are; its code is that of the first that is not.
+    """Return a report that is ok if there are vehicles and all of them are.
 
-    A command that found no vehicle at all has failed.
+    Its code, and its text where none is given, are those of the first vehicle that is not ok. A command that found no
+    vehicle at all has failed.
     """
     entries = tuple(vehicles)
+    if not entries:
+        return CommandReport(False, ReportCode.FAILED, text, dict(data or {}))
     bad = next((entry for entry in entries if not entry.ok), None)
-    code = bad.code if bad is not None else ReportCode.NONE if entries else ReportCode.FAILED
-    return CommandReport(bool(entries) and bad is None, code, text, dict(data or {}), entries)
+    if bad is None:
+        return CommandReport(True, ReportCode.NONE, text, dict(data or {}), entries)
+    return CommandReport(False, bad.code, text or f"vehicle {bad.vehicle}: {bad.text}", dict(data or {}), entries)
 
 
 def _written(file: str, report: CommandReport) -> bool:

@@ -233,6 +233,20 @@ def test_a_parameter_in_the_air_is_asked_for(tmp_path: Path, tell: Tell) -> None
     assert tell(rig, "params", "set", "1", "RTL_ALT", "2100", "--yes")[0] == 0
 
 
+def test_what_is_done_for_some_is_reported_though_others_must_be_confirmed(tmp_path: Path, tell: Tell) -> None:
+    """An error in place of the results would hide that a parameter of vehicle 2 was set."""
+    flying, other = Peer(1, armed=True, alt_rel_mm=20_000), Peer(2)
+    ParamServer(flying)
+    ParamServer(other)
+    rig = ServiceRig(tmp_path, flying, other).heard()
+    code, out, _ = tell(rig, "params", "set", "1-2", "RTL_ALT", "2000", "--json")
+    report = report_of(out, "vehicle params set")
+    assert code == 1 and report["code"] == "not confirmed"
+    assert report["text"] == "vehicle 1: it is in the air: say --yes, or answer on a terminal"
+    assert [entry["ok"] for entry in report["vehicles"]] == [False, True]
+    assert flying.got("PARAM_SET") == [] and other.got("PARAM_SET")
+
+
 # ---------------------------------------------------------------- plans
 
 
@@ -370,6 +384,8 @@ def test_files_and_logs(tmp_path: Path, tell: Tell) -> None:
     code, _, err = tell(rig, "logs", "1", "erase")
     assert code == 2 and "erase ALL logs on vehicle 1" in err and peer.got("LOG_ERASE") == []
     assert tell(rig, "logs", "1", "erase", "--yes")[0] == 0 and peer.got("LOG_ERASE")
+    (entry,) = report_of(tell(rig, "logs", "1", "ls", "--json")[1], "vehicle logs ls")["vehicles"]
+    assert entry["data"]["logs"] == [], "an empty list is there, too"
 
 
 def test_what_is_dangerous_is_refused_while_armed_whatever_is_said(tmp_path: Path, tell: Tell) -> None:

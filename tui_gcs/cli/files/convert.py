@@ -16,6 +16,7 @@ from tui_gcs.cli.files.file_access import (
     read_any,
     tell,
     written_data,
+    written_text,
 )
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     except FormatError as error:
         raise CommandError(f"{clean(str(source), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
     put(target, written.data, force=arguments.force)
-    text = f"{clean(str(target), MAX_CELLS)} written: {target_format.text}"
+    text = written_text(target, written, target_format.text)
     if not arguments.json:
         tell(written)
         sys.stdout.write(f"{text}\n")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tui_gcs.cli.command_report import VehicleReport, finish, of_vehicles
 from tui_gcs.cli.exit_codes import CommandError, ReportCode
-from tui_gcs.cli.files.file_access import MAX_CELLS, may_write, options_for, put, tell, written_data
+from tui_gcs.cli.files.file_access import MAX_CELLS, may_write, options_for, put, tell, written_data, written_text
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Written
 from tui_gcs.core.formats.conversion import convert
@@ -33,7 +33,7 @@ def convert_missions(arguments: argparse.Namespace, data: bytes, target_format: 
     entries = []
     for vehicle, each in written.items():
         put(files[vehicle], each.data, force=arguments.force)
-        text = f"{clean(str(files[vehicle]), MAX_CELLS)} written: {target_format.text}"
+        text = written_text(files[vehicle], each, target_format.text)
         if not arguments.json:
             tell(each, f"vehicle {vehicle}: ")
             sys.stdout.write(f"vehicle {vehicle}: {text}\n")

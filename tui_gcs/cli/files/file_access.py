@@ -29,6 +29,14 @@ def tell(written: "Written", name: str = "") -> None:
         sys.stdout.write(f"{name}left out: {clean(lost, MAX_CELLS)}\n")
 
 
+def written_text(target: Path, written: "Written", kind: str) -> str:
+    """Return the line about a file that was written; `kind` is what kind of file."""
+    from tui_gcs.core.base.text import clean
+
+    lost = f"; left out: {len(written.left_out)}" if written.left_out else ""
+    return f"{clean(str(target), MAX_CELLS)} written: {kind}{lost}"
+
+
 def written_data(target: Path, written: "Written") -> dict[str, object]:
     """Return what is reported in JSON of a file that was written."""
     return {"file": str(target), "notes": written.notes, "left_out": written.left_out}

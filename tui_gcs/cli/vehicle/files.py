@@ -47,7 +47,7 @@ def run_logs(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _ls(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ListFiles(vehicle_ids(arguments.ids), arguments.path))
-    return tell_lines(ended, _file_lines, arguments)
+    return tell_lines(ended, _file_lines, arguments, "files")
 
 
 def _file_lines(one: VehicleOutcome) -> Iterator[str]:
@@ -79,7 +79,7 @@ def _rm(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _list_logs(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ListLogs(vehicle_ids(arguments.ids)))
-    return tell_lines(ended, _log_lines, arguments)
+    return tell_lines(ended, _log_lines, arguments, "logs")
 
 
 def _log_lines(one: VehicleOutcome) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """`tui-gcs vehicle mode`, `shell` and `reboot`."""
 
 import argparse
+import sys
 from dataclasses import replace
 
 import msgspec
@@ -61,6 +62,9 @@ def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[Veh
     unsure = {one.vehicle: one for one in ended if not one.ok and one.code is ReportCode.NOT_CONFIRMED}
     if not unsure:
         return ended
+    if len(unsure) < len(ended) and not sys.stdin.isatty():
+        # It is done for the others already: an error would hide their results.
+        return [one if one.vehicle not in unsure else replace(one, text=_with_yes(one.text)) for one in ended]
     why = next(iter(unsure.values())).text.removesuffix(f": {MEANT}")
     if not confirmed(f"{listed(tuple(unsure))}: {act} ({why})", yes=False, vehicles=len(unsure)):
         declined = {v: replace(one, code=ReportCode.CANCELLED, text=NOT_SENT) for v, one in unsure.items()}
@@ -69,6 +73,10 @@ def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[Veh
     again = station.carry_out(msgspec.structs.replace(request, vehicles=tuple(unsure), **sure))
     second = {one.vehicle: one for one in again}
     return [second.get(one.vehicle, one) for one in ended]
+
+
+def _with_yes(text: str) -> str:
+    return f"{text.removesuffix(MEANT)}say --yes, or answer on a terminal"
 
 
 def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -81,7 +89,7 @@ def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
             say(f"vehicle {one.vehicle}:" + ("" if one.ok else f" FAILED: {one.text}"))
         for line in one.result.lines:
             say(line)
-    return finish(arguments, of_vehicles(one.report() for one in ended))
+    return finish(arguments, of_vehicles(one.report("lines") for one in ended))
 
 
 def run_reboot(station: StationClient, arguments: argparse.Namespace) -> int:

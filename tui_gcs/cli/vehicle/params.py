@@ -22,7 +22,9 @@ def run(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _get(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ReadParams(vehicle_ids(arguments.ids), tuple(dict.fromkeys(arguments.names))))
-    return tell_lines(ended, lambda one: map(partial(_line, one.vehicle), one.result.params), arguments)
+    return tell_lines(
+        ended, lambda one: map(partial(_line, one.vehicle), one.result.params), arguments, "params", "missing"
+    )
 
 
 def _line(vehicle: int, row: ParamRow) -> str:

@@ -49,7 +49,7 @@ def _kind(arguments: argparse.Namespace) -> PlanKind:
 
 def _show(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(DownloadPlan(vehicle_ids(arguments.ids), arguments.kind))
-    return tell_lines(ended, partial(_lines, _kind(arguments)), arguments)
+    return tell_lines(ended, partial(_lines, _kind(arguments)), arguments, "plan")
 
 
 def _lines(kind: PlanKind, one: VehicleOutcome) -> Iterator[str]:

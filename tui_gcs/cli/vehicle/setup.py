@@ -50,7 +50,7 @@ def run_tune(station: StationClient, arguments: argparse.Namespace) -> int:
         ended = carry_out_sure(station, request, f"set {name} = {arguments.value}") if good else []
         second = {one.vehicle: one for one in ended}
         return tell([second.get(one.vehicle, one) for one in read], arguments)
-    return tell_lines(read, _gain_lines, arguments)
+    return tell_lines(read, _gain_lines, arguments, "gains")
 
 
 def _gain_lines(one: VehicleOutcome) -> Iterator[str]:
@@ -74,7 +74,12 @@ def run_airframe(station: StationClient, arguments: argparse.Namespace) -> int:
     if arguments.words:
         raise CommandError("say `list`, or `set` and what it is")
     ended = station.carry_out(ReadAirframe(ids))
-    return tell_lines(ended, lambda one: (_airframe_line(one.vehicle, row) for row in one.result.airframe), arguments)
+    return tell_lines(
+        ended,
+        lambda one: (_airframe_line(one.vehicle, row) for row in one.result.airframe),
+        arguments,
+        "airframe",
+    )
 
 
 def _airframe_line(vehicle: int, row: AirframeRow) -> str:

@@ -92,6 +92,7 @@ def run_failsafes(station: StationClient, arguments: argparse.Namespace) -> int:
         ended,
         lambda one: [f"vehicle {one.vehicle}", *_failsafes(one.result.failsafes)] if one.ok else [],
         arguments,
+        "failsafes",
     )
 
 

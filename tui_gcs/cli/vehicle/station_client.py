@@ -46,11 +46,15 @@ class VehicleOutcome:
     data: dict[str, Any] = field(default_factory=dict)
     """What is reported of it in JSON, beside its task and result."""
 
-    def report(self) -> VehicleReport:
-        """Return it as it stands in the JSON document; of its result the fields that hold something."""
+    def report(self, *shown: str) -> VehicleReport:
+        """Return it as it stands in the JSON document.
+
+        Of its result there are the fields that hold something, and those named in `shown` also when it has none.
+        """
         empty = TaskResult()
         held = {name: getattr(self.result, name) for name in self.result.__struct_fields__}
-        data = {name: value for name, value in held.items() if value != getattr(empty, name)}
+        always = shown if self.ok else ()
+        data = {name: value for name, value in held.items() if name in always or value != getattr(empty, name)}
         data |= ({"task": self.task} if self.task else {}) | self.data
         return VehicleReport(self.vehicle, self.ok, ReportCode.NONE if self.ok else self.code, self.text, data)
 
@@ -273,14 +277,18 @@ def tell_lines(
     ended: Sequence[VehicleOutcome],
     lines: Callable[[VehicleOutcome], Iterable[str]],
     arguments: argparse.Namespace,
+    *shown: str,
 ) -> int:
-    """Print what each result holds, then the failures, or the document, and return the exit code."""
+    """Print what each result holds, then the failures, or the document, and return the exit code.
+
+    `shown` are the fields of `TaskResult` that the command is about.
+    """
     if not arguments.json:
         for one in ended:
             for line in lines(one):
                 say(line)
         say_failed(ended)
-    return finish(arguments, of_vehicles(one.report() for one in ended))
+    return finish(arguments, of_vehicles(one.report(*shown) for one in ended))
 
 
 def tell_reply(
@@ -296,10 +304,7 @@ def tell_reply(
             say(line)
         for result in reply.results:
             say(f"vehicle {result.vehicle}: {result.text}")
-    entries = tuple(vehicles)
-    bad = next((entry for entry in entries if not entry.ok), None)
-    code = ReportCode.NONE if reply.ok else bad.code if bad is not None else ReportCode.REFUSED
-    return finish(arguments, CommandReport(reply.ok, code, reply.text, dict(data or {}), entries))
+    return finish(arguments, of_vehicles(vehicles, reply.text, data))
 
 
 def reports_by_vehicle(
