@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import tui_gcs
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.geometry.zones import polygon_of
+from tui_gcs.core.missions.scenario_findings import layers_finding
 from tui_gcs.core.scenario.layer_assignment import assign, layers_needed
 from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
 from tui_gcs.core.scenario.template import new_scenario
@@ -84,6 +85,19 @@ def test_ways_around_a_no_fly_zone_count() -> None:
     )
     wall += "width_m = 250.0\nheight_m = 5.0\n\n[[team]]"
     assert len({place.layer_m for place in parse(text.replace("[[team]]", wall, 1)).places}) == 2
+
+
+def test_a_vehicle_that_brakes_weakly_shares_no_layer_with_a_team_that_is_otherwise_far_enough() -> None:
+    """The guard predicts that all brake like the weakest class: at 8 m/s and 0.5 m/s² over 64 m each."""
+    text = without_layers(new_scenario("new", ORIGIN, 2, teams=2))
+    weak = text + '\n[[class]]\nname = "heavy"\nvehicles = [1]\naccel_m_s2 = 0.5\n'
+    scenario = parse(weak)
+    assert len({place.layer_m for place in parse(text).places}) == 1
+    assert len({place.layer_m for place in scenario.places}) == 2
+    assert "needed: all may come near each other" in layers_finding(scenario).detail
+    same = re.sub(r"(\[\[place\]\]\n(?:.*\n)*?place_m = .*\n)", r"\1layer_m = 30.0\n", weak)
+    with pytest.raises(ScenarioError, match="their vehicles may meet"):
+        parse(same)
 
 
 def test_reaches_hold_every_straight_way_between_home_and_zones() -> None:

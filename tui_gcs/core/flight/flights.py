@@ -15,7 +15,7 @@ from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol.common import NOWHERE, Phase, Vec3
 from tui_gcs.core.scenario.model import Scenario, TakeOffPlace
-from tui_gcs.core.scenario.vehicle_conflicts import Matrix, conflicts, groups, member
+from tui_gcs.core.scenario.vehicle_conflicts import Matrix, braking_limits, conflicts, groups, member
 
 IN_THE_AIR = frozenset(
     {Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT}
@@ -361,7 +361,7 @@ class FlightTable:
             )
             for flight in self
         ]
-        return conflicts(scenario.rounds, scenario.limits, tuple(crew))
+        return conflicts(scenario.rounds, braking_limits(scenario.limits, scenario.classes), tuple(crew))
 
     @staticmethod
     def _start_m(

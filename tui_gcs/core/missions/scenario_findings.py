@@ -15,7 +15,7 @@ from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.layer_assignment import layers_needed
 from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m, zone_cells
-from tui_gcs.core.scenario.vehicle_conflicts import groups, place_conflicts
+from tui_gcs.core.scenario.vehicle_conflicts import Matrix, braking_limits, groups, place_conflicts
 
 HEIGHT_HELD_M = 0.5
 """How far vehicles are above or below their layer (barometers drift); two of them are off by twice that."""
@@ -134,7 +134,7 @@ def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
     apart_m = least_m + 2.0 * HEIGHT_HELD_M
     layers_m = np.array([place.layer_m for place in scenario.places])
     close = np.abs(layers_m[:, None] - layers_m[None, :]) < apart_m
-    close &= place_conflicts(scenario.rounds, scenario.limits, scenario.teams, scenario.places)
+    close &= _near(scenario)
     tight = sorted(place.vehicle or 0 for i, place in enumerate(scenario.places) if close[i].any())
     tight = [vehicle for vehicle in tight if vehicle in team.vehicles]
     if not tight:
@@ -144,10 +144,16 @@ def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
     return [_caution(text, why)]
 
 
+def _near(scenario: Scenario) -> Matrix:
+    """Return (n, n) whether the vehicles of each two places can come near each other."""
+    limits = braking_limits(scenario.limits, scenario.classes)
+    return place_conflicts(scenario.rounds, limits, scenario.teams, scenario.places)
+
+
 def layers_finding(scenario: Scenario) -> ScenarioFinding:
     """Return how many layers the fleet has, and in how many groups that never come near each other it flies."""
     layers_m = sorted({place.layer_m for place in scenario.places})
-    near = place_conflicts(scenario.rounds, scenario.limits, scenario.teams, scenario.places)
+    near = _near(scenario)
     apart = len(set(groups(near)))
     text = f"{len(scenario.places)} vehicles on {len(layers_m)} layers, {layers_m[0]:g} to {layers_m[-1]:g} m"
     together = "all may come near each other" if apart == 1 else f"{apart} groups that stay apart share them"

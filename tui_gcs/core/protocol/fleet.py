@@ -185,8 +185,8 @@ _columns = attrgetter(*map(column_name, VehicleRow._fields))
 class PlannerFrame(msgspec.Struct, frozen=True):
     """The part of a fleet frame that planners work with, decoded from the same bytes.
 
-    What it has not is skipped. Each team's worker decodes every frame that it steps on: at 250 vehicles in 20 teams
-    whole frames took 0.84 ms each (69 kB), 17 % of a core for all workers.
+    What it has not is skipped. Each team's worker decodes every frame that it steps on, five a second: a whole frame of
+    250 vehicles (69 kB) takes 0.26 ms, this part of it 0.11 ms. In 20 teams that is 2.6 and 1.1 % of a core.
     """
 
     t_s: float

@@ -16,7 +16,7 @@ from tui_gcs.core.geometry.local_frame import distance_m
 from tui_gcs.core.geometry.zones import Polygon, Role, Shape, Zone, area_m2, contains, polygon_of
 from tui_gcs.core.scenario.fields import Problems, nearest, one_of, shown
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team, VehicleClass
-from tui_gcs.core.scenario.vehicle_conflicts import place_conflicts
+from tui_gcs.core.scenario.vehicle_conflicts import braking_limits, place_conflicts
 
 MIN_AREA_M2 = 1.0
 """The smallest area of a shape."""
@@ -42,7 +42,12 @@ class ScenarioParts:
         )
 
 
-def check(parts: ScenarioParts, problems: Problems, known_planners: Collection[str] | None) -> None:
+def check(
+    parts: ScenarioParts,
+    problems: Problems,
+    known_planners: Collection[str] | None,
+    classes: Sequence[VehicleClass] = (),
+) -> None:
     """Note every problem between the parts. With `known_planners` each team's planner must be among them."""
     rounds = [(path, r) for path, r in parts.rounds if r is not None]
     teams = [(path, t) for path, t in parts.teams if t is not None]
@@ -60,7 +65,8 @@ def check(parts: ScenarioParts, problems: Problems, known_planners: Collection[s
     if len(teams) == len(parts.teams) and len(places) == len(parts.places):
         _check_place_count(problems, teams, places)
     if not problems.lines:  # who meets whom is found from sound shapes and teams only
-        _check_layers(problems, places, [r for _, r in rounds], [t for _, t in teams], parts.limits)
+        limits = braking_limits(parts.limits, classes)
+        _check_layers(problems, places, [r for _, r in rounds], [t for _, t in teams], limits)
 
 
 def check_classes(classes: Iterable[VehicleClass], problems: Problems) -> None:

@@ -55,6 +55,7 @@ from tui_gcs.core.scenario.model import (
     Team,
 )
 from tui_gcs.core.scenario.remote_id import read_remote_id
+from tui_gcs.core.scenario.vehicle_conflicts import braking_limits
 
 FORMAT = 1
 """The version of the file format, which is the file's `format` key."""
@@ -150,13 +151,13 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
     classes = tuple(kind for kind in kinds if kind is not None)
     remote_id = read_remote_id(root.table("remote_id"), frame)
     root.done()
-    check(parts, problems, known_planners)
+    check(parts, problems, known_planners, classes)
     check_classes(classes, problems)
     if problems.lines or origin is None:
         raise ScenarioError(problems.lines)
     rounds, teams, places = parts.sound()
     try:
-        places = with_layers(rounds, parts.limits, teams, places)
+        places = with_layers(rounds, braking_limits(parts.limits, classes), teams, places)
     except LayerError as error:
         problems.add("place", str(error), "layer_m may be left out: one is found for every place without it")
         raise ScenarioError(problems.lines) from None

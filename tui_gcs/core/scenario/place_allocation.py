@@ -11,7 +11,7 @@ from tui_gcs.core.geometry.zones import contains
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError
 from tui_gcs.core.scenario.model import Limits, Round, Scenario, TakeOffPlace, Team
-from tui_gcs.core.scenario.vehicle_conflicts import place_conflicts
+from tui_gcs.core.scenario.vehicle_conflicts import braking_limits, place_conflicts
 
 Point = tuple[float, float]
 LAYER_GAP_M = 2.0
@@ -60,7 +60,8 @@ def fit_places(
     for i in reversed(spare[len(without) :]):
         document.remove_place(i)
     for vehicle in without[len(spare) :]:
-        places.append(new_place([*places, *back], before.rounds, before.limits, vehicle, teams))
+        limits = braking_limits(before.limits, before.classes)
+        places.append(new_place([*places, *back], before.rounds, limits, vehicle, teams))
         document.add_place(places[-1])
     for place in back:
         document.add_place(place)

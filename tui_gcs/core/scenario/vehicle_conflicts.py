@@ -9,12 +9,13 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.zones import polygon_of
-from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team, VehicleClass
 
 STAY_OVER_ZONE = frozenset({"patrol"})
 """Planners whose vehicles stay over their team's zone. Any other planner may use the whole operating area."""
@@ -37,9 +38,16 @@ class Member(NamedTuple):
 def apart_m(limits: Limits) -> float:
     """Return how far apart two reaches must be for their vehicles to share a layer.
 
-    At the edge of its reach each vehicle may have to brake from full speed, towards the other one.
+    At the edge of its reach each vehicle may have to brake from full speed, towards the other one. Where vehicles have
+    classes, `limits` are those of `braking_limits`.
     """
     return limits.separation_horizontal_m + WANDER_M + 2.0 * limits.speed_m_s**2 / (2.0 * limits.accel_m_s2)
+
+
+def braking_limits(limits: Limits, classes: Sequence[VehicleClass]) -> Limits:
+    """Return the limits with the acceleration of the weakest class: the guard predicts that all brake like it."""
+    weakest_m_s2 = min((kind.accel_m_s2 for kind in classes), default=limits.accel_m_s2)
+    return msgspec.structs.replace(limits, accel_m_s2=min(weakest_m_s2, limits.accel_m_s2))
 
 
 def possible_teams(place: TakeOffPlace, teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> tuple[Team, ...]:
