@@ -89,6 +89,12 @@ def approach_speed(distance_m: Array, decel_m_s2: Array | float) -> Array:
     return np.where(distance_m < linear_m, distance_m * POSITION_GAIN_HZ, far)
 
 
+def within(numbers: Array, least: Array | float, most: Array | float) -> Array:
+    """Return (n,) numbers limited to a range, as `np.clip` does, which takes three times as long for a few numbers."""
+    limited: Array = np.minimum(np.maximum(numbers, least), most)
+    return limited
+
+
 def stopping_distance_m(speed_m_s: float, decel_m_s2: float) -> float:
     """Return the distance at which `approach_speed` equals `speed_m_s`: the way to the end of braking."""
     if speed_m_s <= decel_m_s2 / POSITION_GAIN_HZ:
@@ -232,10 +238,10 @@ class PointMasses:
         error = self.target_m[:, 2] - self.seen_m[:, 2]
         correction = self.hold_z * np.copysign(approach_speed(np.abs(error), BRAKE_Z_M_S2), error)
         # A demanded velocity is not limited: measured, ArduCopter flies vz = -6 with WPNAV_SPEED_UP 250.
-        wanted = self.target_velocity_m_s[:, 2] + np.clip(correction, -self.descent_m_s, self.climb_m_s)
-        wanted = np.clip(wanted, -MAX_VERTICAL_M_S, MAX_VERTICAL_M_S)
+        wanted = self.target_velocity_m_s[:, 2] + within(correction, -self.descent_m_s, self.climb_m_s)
+        wanted = within(wanted, -MAX_VERTICAL_M_S, MAX_VERTICAL_M_S)
         limit = ACCEL_Z_M_S2 * dt
-        return np.clip(wanted - self.velocity_m_s[:, 2], -limit, limit)
+        return within(wanted - self.velocity_m_s[:, 2], -limit, limit)
 
     def _turn(self, dt: float) -> None:
         v = self.velocity_m_s
@@ -244,7 +250,7 @@ class PointMasses:
         wanted = np.where(np.isnan(self.yaw_target_rad), np.where(moving, course, self.yaw_rad), self.yaw_target_rad)
         turn = (wanted - self.yaw_rad + np.pi) % (2.0 * np.pi) - np.pi
         limit = YAW_RATE_RAD_S * dt * self.flying
-        self.yaw_rad = (self.yaw_rad + np.clip(turn, -limit, limit)) % (2.0 * np.pi)
+        self.yaw_rad = (self.yaw_rad + within(turn, -limit, limit)) % (2.0 * np.pi)
 
     @property
     def seen_m(self) -> Array:

@@ -167,7 +167,7 @@ class IdlenessGrid:
                 self.unseen, self.new_cell_t = self.unseen - new, t_s
         if self._window is not None:
             self._window.closes(block, t_s, last, under)
-        last[under] = t_s
+        np.copyto(last, t_s, where=under)
 
 
 class _Window:

@@ -175,7 +175,8 @@ class AlarmFinder:
         if tracking is None:
             return
         # A slow link makes every vehicle late, but by less than `LATE_S`.
-        beside_m, late_s = np.nan_to_num([tracking.cross_m, abs(tracking.lag_s)]).tolist()
+        moves = math.isfinite(tracking.cross_m) and math.isfinite(tracking.lag_s)
+        beside_m, late_s = (tracking.cross_m, abs(tracking.lag_s)) if moves else (0.0, 0.0)
         beside, late = beside_m / max(BESIDE_M, results.slot_error_max_m), late_s / max(LATE_S, results.slot_lag_max_s)
         if flight.joined and self._monitor.beyond("beside", vehicle, max(beside, late), 1.0, BESIDE_BAND):
             when = "late" if tracking.lag_s > 0.0 else "early"
@@ -193,8 +194,8 @@ class AlarmFinder:
             yield AlarmFinding(_CAUSES[concern], vehicle.id, text)
 
     def _look_at_health(self, flying: list[Vehicle], gap_s: float) -> None:
-        ids = [vehicle.id for vehicle in flying]
-        self._health = {i: problems for i, problems in self._health.items() if i in set(ids)}
+        ids = {vehicle.id for vehicle in flying}
+        self._health = {i: problems for i, problems in self._health.items() if i in ids}
         due = [vehicle for vehicle in flying if f"vehicle {vehicle.id}" in self._spoke] if self._spoke else []
         self._spoke.clear()
         # Each vehicle has many checks of its own, so each look takes its share of the
