@@ -13,6 +13,7 @@ from tui_gcs.cli.command_report import check_output, finish
 from tui_gcs.cli.common import join, login_name, read_planners, read_scenario, running
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.flights.scenario_options import require_gates
+from tui_gcs.cli.flights.station_keeper import StationKeeper
 from tui_gcs.cli.fly import start
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.result_table import document, show
@@ -94,22 +95,24 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
     signal.signal(signal.SIGINT, lambda *_: interrupted.set())
     signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
     bar = ProgressBar()
-    last_heard_s = time.monotonic()
+    keeper = StationKeeper(lambda: running(kind), lambda: start(kind, arguments))
     reported = 0
     while not script.done:
         time.sleep(POLL_S)
         if bus.run_pending():
-            last_heard_s = time.monotonic()
+            keeper.heard()
         if interrupted.is_set():
             script.abort("interrupted: vehicles return and land")
         # Its supervisor starts a station that died again; vehicles in the air are not left while that may happen.
-        if time.monotonic() - last_heard_s > SILENT_S and (interrupted.is_set() or not script.armed):
+        if keeper.silent_s > SILENT_S and (interrupted.is_set() or not script.armed):
             raise CommandError(f"the station has been silent for {SILENT_S:.0f} s: `tui-gcs attach` looks at it")
         script.tick()
         for check in script.overridden[reported:]:
             sys.stderr.write(f"tui-gcs: flying in spite of {check.words()}\n")
         reported = len(script.overridden)
-        bar.show(script.progress, script.headline)
+        silence = keeper.look(in_flight=bool(script.armed) and not interrupted.is_set())
+        # What was heard before is not how the vehicles are now.
+        bar.show(script.progress, f"{silence}, before: {script.headline}" if silence else script.headline)
     bar.end()
     if refusal := _end_station(bus, principal):
         sys.stderr.write(f"tui-gcs: the station goes on: {refusal}\n")
