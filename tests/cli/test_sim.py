@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.cli.main import command_line_parser
+from tui_gcs.cli.main import command_line_parser, main
 from tui_gcs.cli.sim import _ranges, _relay, _start_lines
 from tui_gcs.cli.sim_fleet import spec_of_options
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
@@ -29,19 +29,18 @@ def options(*arguments: str) -> argparse.Namespace:
     return command_line_parser().parse_args(["sim", *arguments])
 
 
-def refused(*arguments: str, command: str = "sim") -> str:
-    """The one line that says why."""
-    done = subprocess.run(
-        [sys.executable, "-m", "tui_gcs.cli.main", command, *arguments],
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
-        timeout=60,
-        check=False,
-    )
-    assert (done.returncode, done.stdout) == (2, ""), done.stderr
-    assert done.stderr.count("\n") == 1, done.stderr
-    return done.stderr
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]):
+    """refused(words…): the one line that says why."""
+
+    def line(*arguments: str, command: str = "sim") -> str:
+        code = main([command, *arguments])
+        said = capsys.readouterr()
+        assert (code, said.out) == (2, ""), said.err
+        assert said.err.count("\n") == 1, said.err
+        return said.err
+
+    return line
 
 
 # ---------------------------------------------------------------- who stands where
@@ -116,12 +115,12 @@ def test_options_that_cannot_be(arguments, problem):
         (("--count", "2", "--real", "arducopter", "--binary", "/nowhere"), "--binary /nowhere"),
     ],
 )
-def test_nothing_starts_after_a_mistake(arguments, problem):
+def test_nothing_starts_after_a_mistake(arguments, problem, refused):
     assert problem in refused(*arguments)
 
 
 @pytest.mark.long
-def test_the_demo_refuses_bad_faults_too():
+def test_the_demo_refuses_bad_faults_too(refused):
     assert "--fault delay=2: must be a time" in refused("--fault", "delay=2", command="demo")
     assert "--wind 30,0: must be EAST,NORTH" in refused("--wind", "30,0", "--headless", command="demo")
 

@@ -1,11 +1,12 @@
-"""A flight without a person: what it does when things go wrong (that it goes right: tests/test_lockstep.py)."""
+"""A flight without a person: what it does when things go wrong (that it goes right: tests/rehearsal)."""
 
 from collections.abc import Callable
 
+import msgspec
 import pytest
 
 from tests.core.flight.test_start_safety import standing_on
-from tests.core.rigs.rig import TICK_S, Rig
+from tests.core.rigs.rig import TICK_S, Rig, scenario
 from tui_gcs.core.judging.mission_script import Script, Step, refusal_words
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase, RunPhase
@@ -70,15 +71,22 @@ def test_who_waits_sees_why_the_start_is_refused(rig: MakeRig, monkeypatch: pyte
 
 @pytest.mark.long
 def test_each_round_lasts_its_duration_then_hold_return_and_land(rig: MakeRig) -> None:
-    flight = rig(1)
+    whole = scenario(1)
+    lasting_s = (60.0, 30.0, 45.0)
+    rounds = [msgspec.structs.replace(r, duration_s=s) for r, s in zip(whole.rounds, lasting_s, strict=True)]
+    flight = rig(mission=msgspec.structs.replace(whole, rounds=tuple(rounds)))
     script = script_for(flight, whole_duration=True)
     fly(flight, script, 100.0, Step.ROUND)
     begun, at_first = flight.clock.now(), script.progress
-    flight.run(150.0)
+    flight.run(20.0)
     script.tick()
     assert 0.0 < script.progress - at_first < 0.5 / 3, "it goes on within a round"
-    fly(flight, script, 1000.0, Step.HOLD)
-    assert flight.clock.now() - begun == pytest.approx(3 * 300.0, abs=1.0)
+    for number in (1, 2):
+        while flight.station.active.round_index < number:
+            wait(flight, script, TICK_S)
+        assert flight.clock.now() - begun == pytest.approx(sum(lasting_s[:number]), abs=1.0)
+    fly(flight, script, 100.0, Step.HOLD)
+    assert flight.clock.now() - begun == pytest.approx(sum(lasting_s), abs=1.0)
     assert flight.station.active.round_index == 2
     fly(flight, script, 10.0, Step.RETURN)
     fly(flight, script, 150.0)

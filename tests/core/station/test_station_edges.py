@@ -80,16 +80,25 @@ def test_a_vehicle_remembered_in_the_air_that_is_silent_is_named(rig: MakeRig, t
 # ---------------------------------------------------------------- a planner's words
 
 
-@pytest.mark.parametrize("slot", ["\x1b]0;owned\x07", "\x1b[31m1/4", "[red]1/4[/]", "\u202e4/1", "1\n/\t4", "x" * 99])
-def test_what_a_planner_calls_a_slot_is_cleaned(rig: MakeRig, slot: str) -> None:
-    def naming(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
-        return [Intent(vehicle=1, kind="goto", position_m=(200.0, 200.0, task.layers_m[1]), slot=slot)]
+SLOTS = ("\x1b]0;owned\x07", "\x1b[31m1/4", "[red]1/4[/]", "\u202e4/1", "1\n/\t4", "x" * 99)
 
-    flight = rig(1, wants=naming).flying().run(2.0)
-    assert flight.frame is not None
-    shown = flight.frame.slot[0]
-    assert shown and shown.isprintable() and len(shown) <= 12
-    assert "\x1b" not in shown and "\u202e" not in shown
+
+def test_what_a_planner_calls_a_slot_is_cleaned(rig: MakeRig) -> None:
+    given, seen = [""], set()
+
+    def naming(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
+        return [Intent(vehicle=1, kind="goto", position_m=(200.0, 200.0, task.layers_m[1]), slot=given[-1])]
+
+    flight = rig(1, wants=naming).flying()
+    for slot in SLOTS:
+        given.append(slot)
+        flight.run(2.0)
+        assert flight.frame is not None
+        shown = flight.frame.slot[0]
+        assert shown and shown.isprintable() and len(shown) <= 12
+        assert "\x1b" not in shown and "\u202e" not in shown
+        seen.add(shown)
+    assert len(seen) == len(SLOTS), "each was shown"
 
 
 # ---------------------------------------------------------------- the end
