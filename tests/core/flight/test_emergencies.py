@@ -8,12 +8,14 @@ import pytest
 
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.flight.flights import TakenOut
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.core.protocol.services import VehicleInfo
 from tui_gcs.core.requests.views import vehicle_info
+from tui_gcs.core.uplink.actions import MavCommand
 
 MakeRig = Callable[..., Rig]
 FALL_S = 2.5
@@ -149,3 +151,16 @@ def test_a_fence_breach_on_board_is_a_warning(rig: MakeRig, action: int, text: s
     raised = {alarm.cause: alarm for alarm in flight.station.alarms.alarms()}
     assert raised["fence"].level is AlarmLevel.WARNING and raised["fence"].vehicles == (2,)
     assert alarms(flight)["fence"] == text
+
+
+def test_one_that_another_station_disarms_in_the_air_is_no_landed_one(rig: MakeRig) -> None:
+    """Tried with a script that stops motors by force: `vehicle list` called the wreck "ready"."""
+    flight = rig(3).flying().run(40.0)
+    by_force = MavCommand(400, (0.0, 21196.0)).fields(0) | {"target_system": 2, "target_component": 1}
+    other = Encoder(202, 190)
+    flight.sim.receive(flight.sim_index[2], other.encode("COMMAND_LONG", **by_force))
+    flight.until(lambda: bool([text for text in flight.texts("vehicle 2") if "DISARMED" in text]), 3.0, "noticed")
+    (text,) = [text for text in flight.texts("vehicle 2") if "DISARMED" in text]
+    assert text.startswith("DISARMED IN THE AIR, ") and text.endswith(" m high: it falls")
+    two = info(flight)
+    assert not two.ready and any(problem.text.startswith("fell from ") for problem in two.problems)

@@ -571,10 +571,11 @@ def test_a_restarted_station_goes_on_only_as_the_scenario_says_and_only_at_once(
         (Phase.LANDING, None, 0.0, "landed and disarmed", False),
         (Phase.TAKEN_OUT, TakenOut.MODE_LEFT, 0.5, "landed and disarmed by itself, or by its pilot", False),
         (Phase.TAKEN_OUT, TakenOut.ON_BOARD, 0.5, "landed and disarmed by its mission on board", False),
-        (Phase.TAKEN_OUT, TakenOut.MODE_LEFT, 12.0, "DISARMED outside a landing of ours", True),
-        (Phase.TAKEN_OUT, TakenOut.ON_BOARD, 12.0, "DISARMED outside a landing of ours", True),
+        (Phase.TAKEN_OUT, TakenOut.MODE_LEFT, 12.0, "DISARMED IN THE AIR, 12 m high: it falls", True),
+        (Phase.TAKEN_OUT, TakenOut.ON_BOARD, 12.0, "DISARMED IN THE AIR, 12 m high: it falls", True),
+        (Phase.LANDING, None, 15.0, "DISARMED IN THE AIR, 15 m high: it falls", True),
         (Phase.FLYING, None, 0.0, "DISARMED outside a landing of ours", True),
-        (Phase.RETURNING, ReturnStep.TO_LAYER, 30.0, "DISARMED outside a landing of ours", True),
+        (Phase.RETURNING, ReturnStep.TO_LAYER, 30.0, "DISARMED IN THE AIR, 30 m high: it falls", True),
     ],
 )
 def test_who_disarms_is_down_and_it_is_told_how(

@@ -16,7 +16,7 @@ from tui_gcs.core.firmware.base import flown_by_pilot, may_be_flying
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import IN_THE_AIR, ArmingStep, Flight, HoldStep, KeptOrder, Lost, TakenOut
-from tui_gcs.core.flight.landing_check import is_down, landing_words
+from tui_gcs.core.flight.landing_check import falls, is_down, landing_words
 from tui_gcs.core.flight.return_home import ReturnController
 from tui_gcs.core.flight.start_controller import StartController
 from tui_gcs.core.flight.steering import Steering
@@ -434,6 +434,8 @@ class Executive:
 
     def _touch_down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         text, expected = landing_words(flight, vehicle)
+        if falls(flight, vehicle):
+            vehicle.reboot_first = f"fell from {vehicle.telemetry.alt_rel_m:.0f} m"
         self._commands.cancel(vehicle.id)
         self._firmware.of(vehicle).release(vehicle)
         flight.enter(Phase.GROUND, now)

@@ -1,9 +1,11 @@
 """A vehicle disarmed: was that a landing, and was it expected? Pure functions."""
 
-from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.fleet.vehicle import LANDED_ON_GROUND, Vehicle
 from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
 from tui_gcs.core.protocol.common import Phase
 
+FALLING_M_S = 1.0
+"""A vehicle that descends faster than this after it disarmed does not stand on the ground."""
 LANDED_M = 2.0
 """A vehicle that disarms higher than this above home has not landed, whatever it was doing."""
 
@@ -13,11 +15,23 @@ def is_down(vehicle: Vehicle) -> bool:
     return vehicle.telemetry.on_ground or vehicle.telemetry.alt_rel_m < LANDED_M
 
 
+def falls(flight: Flight, vehicle: Vehicle) -> bool:
+    """Whether a vehicle that has just disarmed did so in the air.
+
+    Its autopilot may report at once that it has landed, as ArduCopter does, but not that it stands.
+    """
+    telemetry = vehicle.telemetry
+    reports_landed = telemetry.landed_state == LANDED_ON_GROUND and telemetry.velocity_m_s[2] > -FALLING_M_S
+    return telemetry.alt_rel_m >= LANDED_M and not reports_landed and flight.step is not HoldStep.START_CANCELLED
+
+
 def landing_words(flight: Flight, vehicle: Vehicle) -> tuple[str, bool]:
     """The event text for a vehicle that has disarmed, and whether that was expected."""
     by_itself = flight.phase is Phase.TAKEN_OUT and vehicle.telemetry.alt_rel_m < LANDED_M
     if flight.step is TakenOut.MOTORS_STOPPED:
         text = "motors stopped, as an operator ordered"
+    elif falls(flight, vehicle):
+        return f"DISARMED IN THE AIR, {vehicle.telemetry.alt_rel_m:.0f} m high: it falls", False
     elif flight.step is TakenOut.ON_BOARD and vehicle.telemetry.alt_rel_m < LANDED_M:
         text = "landed and disarmed by its mission on board"
     elif by_itself:
