@@ -65,6 +65,9 @@ class MissionFlight(Part, ABC):
         """Report that the place of the current item was reached; `last` also for an item with a delay."""
         self._outbox.send("MISSION_ITEM_REACHED", seq=self._plans.seq)
 
+    def passed(self) -> None:
+        """Take note that the current item, which takes no time, was carried out; ArduPilot reports nothing of it."""
+
     def finished(self) -> None:
         """Act on the end of the mission; ArduPilot stays at the last place."""
 
@@ -139,10 +142,14 @@ class MissionFlight(Part, ABC):
             if item.command <= LAST_NAVIGATION:
                 self._begin(item)
                 return
+            if item.command == missions.DO_JUMP:
+                if not self._jumped(item):
+                    plans.seq += 1
+                continue
             if item.command == CHANGE_SPEED:
                 self.change_speed(item.p2)
-            if item.command != missions.DO_JUMP or not self._jumped(item):
-                plans.seq += 1
+            self.passed()
+            plans.seq += 1
         self._finish()
 
     def _jumped(self, item: Item) -> bool:

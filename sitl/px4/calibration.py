@@ -24,8 +24,9 @@ REST_US, STILL_US = 1_806_000, 513_000
 """Time until PX4 has detected that the vehicle rests, and until it knows the side."""
 NEVER_US = 1 << 40
 CANCEL_US = 300_000
-SETTLE_US = 2_000_000
-"""This long after a calibration the next one is refused without a reason."""
+SETTLE_US = 600_000
+"""This long after a calibration has reported its end the next one is refused without a reason: the worker thread sleeps
+so that the message can go out (gyro_calibration.cpp and its siblings), and counts as busy (Commander.cpp)."""
 STORM_ACK_US, STORM_TEXT_US = 12_000, 51_000
 TURN_US = 3_000_000
 """Time that a simulated operator needs to turn the vehicle to the next side."""

@@ -3,10 +3,11 @@
 from collections.abc import Callable
 
 from sitl.common.mission_flight import MissionFlight
-from sitl.common.missions import FENCE, MISSION, RALLY
+from sitl.common.missions import FENCE, LAND, LOITER_UNLIMITED, MISSION, RALLY
 from sitl.common.outbox import Fields
 from sitl.common.platform import Platform
 from sitl.common.states import Phase
+from sitl.common.tasks import Task
 from sitl.physics.point_masses import Point
 from sitl.px4 import modes
 from sitl.px4.announcer import Announcer
@@ -16,6 +17,8 @@ NO_ITEMS = 65535
 """MISSION_CURRENT.total without a mission."""
 REFUSED, NOT_STARTED, ACTIVE, COMPLETE = 1, 2, 3, 5
 """MISSION_STATE; REFUSED with a total above 0 means that the mission did not pass its checks."""
+REPEATS, REPEAT_US = 10, 1_000_000
+"""How often MISSION_ITEM_REACHED is sent again, with MISSION_CURRENT at 1 Hz (mavlink_mission.h)."""
 IN_MISSION, ELSEWHERE = 1, 2
 """Values of mission_mode in MISSION_CURRENT."""
 
@@ -61,9 +64,31 @@ class MissionMode(MissionFlight):
             "mission_mode": IN_MISSION if self._state.mode == modes.MISSION else ELSEWHERE,
         }
 
+    def passed(self) -> None:
+        """Report an item that takes no time: PX4 reports every completed item (mission_base.cpp)."""
+        self._report(self._plans.seq)
+
+    def reached(self, *, last: bool) -> None:
+        """Report that the current item is completed; one to loiter without an end never is."""
+        if self._plans.mission[self._plans.seq].command != LOITER_UNLIMITED:
+            self._report(self._plans.seq)
+
+    def _report(self, seq: int) -> None:
+        self._tasks.start("mission item reached", self._repeated(seq), self._clock.now_us)
+
+    def _repeated(self, seq: int) -> Task:
+        """Send MISSION_ITEM_REACHED, and again until another item is completed (mavlink_mission.cpp, `send`)."""
+        for _ in range(1 + REPEATS):
+            if not self._plans.mission:
+                return
+            self._outbox.send("MISSION_ITEM_REACHED", seq=seq)
+            yield REPEAT_US
+
     def touched_down(self) -> None:
         """End a mission with a landing as its last item."""
         if self.running:
+            if self._plans.mission[self._plans.seq].command == LAND:
+                self._report(self._plans.seq)
             self.running, self.complete = False, True
             self._announcer.announce("Mission finished, landed", "mission_finished")
 

@@ -9,7 +9,7 @@ from sitl.px4.modes import MISSION as PX4_MISSION
 from sitl.px4.modes import RTL
 from tests.sitl.conftest import HOLD, px4_take_off
 
-WAYPOINT, RETURN, LAND, TAKEOFF, JUMP, SPEED = 16, 20, 21, 22, 177, 178
+WAYPOINT, LOITER, RETURN, LAND, TAKEOFF, JUMP, SPEED = 16, 17, 20, 21, 22, 177, 178
 AUTO, GUIDED = 3, 4
 
 
@@ -149,11 +149,43 @@ def test_px4_mission_start_arms_flies_and_holds_at_its_end(px4):
     assert ground.fleet.mode[0] == PX4_MISSION
     near = visited(ground, [(30, 0, 12), (30, 30, 15), (0, 30, 15)], 60)
     assert max(near) < 6.0
-    assert [m["seq"] for m in ground.of("MISSION_ITEM_REACHED")] == [0, 1, 2, 3]
+    assert list(dict.fromkeys(reached(ground))) == [0, 1, 2, 3]
     assert ground.fleet.mode[0] == HOLD
     assert ground.of("MISSION_CURRENT")[-1]["mission_state"] == 5
     for text in ("Executing Mission\t", "Climb to 12.0 meters above home\t", "Mission finished, loitering\t"):
         assert text in ground.texts()
+
+
+def reached(ground):
+    return [m["seq"] for m in ground.of("MISSION_ITEM_REACHED")]
+
+
+def test_px4_reports_every_completed_item_commands_too_and_ten_times_more(px4):
+    """MAVSDK counts a mission as flown when its last item is reported (mission_base.cpp, mavlink_mission.cpp)."""
+    ground = px4()
+    items = [
+        ground.item(TAKEOFF, z=12.0),
+        ground.item(SPEED, p1=1.0, p2=4.0, frame=2),
+        ground.item(WAYPOINT, 20.0, 0.0, 12.0),
+        ground.item(LAND),
+    ]
+    assert ground.upload(MISSION, items) == 0
+    assert ground.command(300) == 0
+    ground.beat(60.0)
+    assert list(dict.fromkeys(reached(ground))) == [0, 1, 2, 3]
+    assert reached(ground).count(1) > 1, "at 1 Hz until the next one is completed"
+    assert reached(ground).count(3) == 11
+    assert ground.of("MISSION_CURRENT")[-1]["mission_state"] == 5
+
+
+def test_px4_never_completes_an_item_to_loiter_without_an_end(px4):
+    ground = px4()
+    items = [ground.item(TAKEOFF, z=8.0), ground.item(LOITER, 10.0, 0.0, 8.0)]
+    assert ground.upload(MISSION, items) == 0
+    assert ground.command(300) == 0
+    ground.beat(30.0)
+    assert set(reached(ground)) == {0}
+    assert reached(ground).count(0) == 11
 
 
 def test_px4_pauses_by_hold_and_goes_on_with_the_same_item(px4):

@@ -43,11 +43,15 @@ def test_gyro_is_acknowledged_at_the_start_and_told_in_texts(ground):
 
 
 def test_right_after_one_the_next_is_refused_without_a_reason(ground):
+    """MAVSDK calibrates one sensor after the other, and goes on 0.6 s after the first has said that it is done."""
     calibrate(ground, GYRO)
-    wait(ground, 2.0)
+    while "calibration done: gyro" not in said(ground):
+        wait(ground, 0.05)
     assert calibrate(ground, LEVEL) == [1]
-    wait(ground, 3.0)
+    wait(ground, 0.6)
     assert calibrate(ground, LEVEL) == [0]
+    wait(ground, 3.0)
+    assert said(ground)[-1] == "calibration done: level"
 
 
 def test_a_compass_calibration_ends_when_somebody_turns_it_to_all_sides(ground):
