@@ -118,6 +118,7 @@ class ConsoleApp(TerminalApp):
         self.add_mode("journal", self._journal_screen)
         self.add_mode("parameters", self._parameters_screen)
         self.add_mode("inspector", self._inspector_screen)
+        self.add_mode("links", self._links_screen)
 
     def _fly_screen(self) -> Screen[None]:
         screen = FlyScreen(self.feed, glyphs=self.glyphs)
@@ -160,6 +161,11 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.inspect.inspector_screen import InspectorScreen
 
         return InspectorScreen(self.feed, self.clock, glyphs=self.glyphs)
+
+    def _links_screen(self) -> Screen[None]:
+        from tui_gcs.screens.links.links_screen import LinksScreen
+
+        return LinksScreen(self.feed, self.clock, glyphs=self.glyphs)
 
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""

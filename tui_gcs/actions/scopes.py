@@ -2,6 +2,7 @@
 
 from tui_gcs.actions.action import APP
 from tui_gcs.actions.inspector_actions import INSPECTOR_ACTIONS
+from tui_gcs.actions.link_actions import LINK_ACTIONS
 from tui_gcs.actions.mission_actions import MISSION_ACTIONS
 from tui_gcs.actions.parameter_actions import PARAMETER_ACTIONS
 from tui_gcs.actions.plan_actions import PLAN_ACTIONS
@@ -17,4 +18,5 @@ SCOPES = {
     "journal": JOURNAL_ACTIONS,
     "parameters": PARAMETER_ACTIONS,
     "inspector": INSPECTOR_ACTIONS,
+    "links": LINK_ACTIONS,
 }

@@ -51,6 +51,7 @@ def _command(name: str, keys: str, label: str, text: str, weight: int = 0, **mor
 MENU_SCREENS = (
     ("p", "parameters", "Parameters", "search, compare, set, copy, load, save"),
     ("i", "inspector", "Inspector", "every message live: rates, fields, bytes; what was dropped"),
+    ("l", "links", "Links", "losses, rates, radios of every path; add, close; partners"),
 )
 """Screens without a key of their own: letter in the menu of `S`, mode, name, what is on it."""
 

@@ -1,7 +1,6 @@
 """Functions that several subcommands share: loading scenarios, checking the terminal, joining a station's bus."""
 
 import contextlib
-import ipaddress
 import os
 import re
 import shutil
@@ -270,20 +269,13 @@ def check_forward(links: list[str], forward: list[str]) -> None:
 
 def loopback_only(links: list[str]) -> None:
     """Check that all links are on this machine, which `--kind sim` requires. Raises `CommandError`."""
+    from tui_gcs.core.links.spec import is_loopback
+
     for spec in _parsed(links):
-        if not _is_loopback(spec.host):
+        if not is_loopback(spec.host):
             raise CommandError(
                 f"link {spec.name}: --kind sim takes loopback links only; without it these vehicles are LIVE"
             )
-
-
-def _is_loopback(host: str) -> bool:
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:  # a name, or none (serial): who knows where that leads
-        return False
 
 
 def _parsed(links: list[str]) -> list["LinkSpec"]:

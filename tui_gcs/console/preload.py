@@ -16,6 +16,7 @@ SCREENS = (
     "fly.planners_dialog",
     "parameters.parameters_screen",
     "inspect.inspector_screen",
+    "links.links_screen",
 )
 
 

@@ -9,6 +9,7 @@ from tui_gcs.core.protocol import common as wire
 from tui_gcs.core.protocol.base import StopRequest
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.inspection import GetMessages
+from tui_gcs.core.protocol.link_report import GetLinks
 from tui_gcs.core.protocol.services import (
     GetModes,
     GetOnBoard,
@@ -37,6 +38,7 @@ READING = (
     wire.CancelPreview,
     wire.GetJournal,
     wire.Note,
+    GetLinks,
     GetMessages,
     GetModes,
     GetOnBoard,

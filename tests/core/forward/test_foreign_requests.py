@@ -332,7 +332,7 @@ def test_senders_of_streams_are_bounded() -> None:
     for port in range(1000):
         flight.links[0].inject(b"\xfd\xff", ("192.0.2.7", port))
     flight.forwarder.tick()
-    assert len(flight.forwarder._ports[0]._streams) == 16
+    assert len(flight.forwarder.ports[0]._streams) == 16
 
 
 # ---------------------------------------------------------------- anything

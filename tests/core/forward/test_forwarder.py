@@ -151,7 +151,7 @@ def test_systems_behind_one_partner_are_bounded() -> None:
             flight.beat(system=system, component=component, at=OUT)
     answers = [flight.frame("COMMAND_ACK", 1, 1, **ack(system)) for system in range(100, 200)]
     flight.forwarder.feed("", "radio", answers)
-    partner = flight.forwarder._ports[0].partners[OUT]
+    partner = flight.forwarder.ports[0].partners[OUT]
     assert len(partner.systems) == 64
 
 

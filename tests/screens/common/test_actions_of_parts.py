@@ -13,6 +13,7 @@ from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.inspect.inspector_screen import InspectorScreen
+from tui_gcs.screens.links.links_screen import LinksScreen
 from tui_gcs.screens.logs.journal_screen import JournalScreen
 from tui_gcs.screens.missions.missions_screen import MissionsScreen
 from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
@@ -31,6 +32,7 @@ def screen_of(scope: str) -> Screen:
         "missions": MissionsScreen,
         "parameters": ParametersScreen,
         "inspector": InspectorScreen,
+        "links": LinksScreen,
     }
     if scope in drafts:
         return drafts[scope](feed, clock)

@@ -24,6 +24,7 @@ from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.inspection import GetMessages, Inspection, MessageDetail, SetMessageRate
+from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.protocol.setup import AskPayloads, GetTraffic, TrafficRow
 from tui_gcs.core.records.event_log import EventLog
@@ -84,6 +85,9 @@ class FakeStation:
     """What is received."""
     details: dict[int, MessageDetail] = field(default_factory=dict)
     """The newest frame of messages, by message id; every vehicle's is the same."""
+    link_report: LinkReport | None = None
+    link_refusal: str = ""
+    """Why no link is changed."""
     doubts: str = ""
     """Why a message rate has to be meant."""
     dropped: dict[str, int] = field(default_factory=dict)
@@ -358,6 +362,13 @@ class FakeStation:
             return s.ServiceReply(ok=False, results=tuple(results))
         return self._ended(request, self.no_set)
 
+    def _links(self, _request: GetLinks) -> s.ServiceReply:
+        found = self.link_report
+        return s.ServiceReply(ok=True, link_report=msgspec.structs.replace(found, t_s=self.t_s) if found else None)
+
+    def _change_link(self, _request: object) -> m.Reply:
+        return m.Reply(ok=not self.link_refusal, text=self.link_refusal or "link changed")
+
     def _on_board(self, request: s.GetOnBoard) -> s.ServiceReply:
         rows = tuple(self.on_board[v] for v in request.vehicles if v in self.on_board)
         return s.ServiceReply(ok=True, on_board=rows)
@@ -421,6 +432,7 @@ class FakeStation:
             m.CancelPreview,
             GetTraffic,
             GetMessages,
+            GetLinks,
             AskPayloads,
             m.GetJournal,
             m.Note,
@@ -450,6 +462,8 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     s.GetModes: FakeStation._modes,
     s.GetOnBoard: FakeStation._on_board,
     GetMessages: FakeStation._messages,
+    GetLinks: FakeStation._links,
+    **dict.fromkeys((AddLink, CloseLink, SetLinkRate), FakeStation._change_link),
     SetMessageRate: FakeStation._set_rate,
     s.GetParams: FakeStation._params,
     s.GetParamInfos: lambda station, request: s.ServiceReply(

@@ -91,10 +91,10 @@ class Forwarder:
         self._own_system = own_system
         self._clock = clock
         self._events = events
-        self._ports = [
+        self.ports = [
             Port(each.link, each.commands, Encoder(own_system, own_component), clock.now()) for each in endpoints
         ]
-        for port in self._ports:
+        for port in self.ports:
             if port.link.spec.network not in networks:
                 known = ", ".join(name or "(default)" for name in networks)
                 raise LinkError(f"{port.link.name}: no link has network {port.link.spec.network!r}; there is {known}")
@@ -121,7 +121,7 @@ class Forwarder:
         """
         targets = [
             (port, partner)
-            for port in self._ports
+            for port in self.ports
             if port.link.spec.network == network and port.link.name != link
             for partner in port.partners.values()
         ]
@@ -163,7 +163,7 @@ class Forwarder:
     def tick(self) -> None:
         """Read all endpoints and pass on what may be passed on; forget partners that fell silent."""
         now = self._clock.now()
-        for port in self._ports:
+        for port in self.ports:
             for data, address in port.link.receive():
                 self._take_all(port, *port.cut(data, address, now), address)
             for frames, bad_crc, address in port.flush(now):
@@ -173,7 +173,7 @@ class Forwarder:
 
     def _take_all(self, port: Port, frames: list[Frame], bad_crc: int, address: Address) -> None:
         if bad_crc:
-            self.refused["bad CRC"] += bad_crc
+            self._count_refused(port, "bad CRC", bad_crc)
             self._report(port, "bad CRC", f"{_place(address)} sends frames with a wrong CRC: not used", EVENT_REPEAT_S)
         for frame in frames:
             self._take(ForeignFrame(port, frame, address))
@@ -308,7 +308,7 @@ class Forwarder:
     def _end_upload(self, upload: MissionUpload, result: int, why: str) -> None:
         """Report to operator and station that an upload ended without the vehicle's MISSION_ACK."""
         port, vehicle = upload.port, upload.vehicle
-        self.refused["upload ended"] += 1
+        self._count_refused(port, "upload ended")
         text = f"{upload.station}: mission refused: vehicle {vehicle.id}: {why}"
         self._report(port, "refused upload ended", text, EVENT_GAP_S)
         system, component = upload.sender
@@ -323,9 +323,13 @@ class Forwarder:
         )
         self._send_text(port, vehicle, upload.address, why)
 
+    def _count_refused(self, port: Port, reason: str, frames: int = 1) -> None:
+        self.refused[reason] += frames
+        port.refused[reason] += frames
+
     def _turn_away(self, foreign: ForeignFrame, reason: str, text: str, vehicle: Vehicle | None = None) -> None:
         """Count what is wrong with a partner, and report it now and then; to it, too, if it was for a `vehicle`."""
-        self.refused[reason] += 1
+        self._count_refused(foreign.port, reason)
         self._report(foreign.port, reason, f"{foreign.sender} {text}", EVENT_REPEAT_S)
         if vehicle is not None and foreign.port.may_answer((vehicle.id, reason), EVENT_REPEAT_S, self._clock.now()):
             self._send_text(foreign.port, vehicle, foreign.address, f"{reason}: not passed on")
@@ -345,7 +349,7 @@ class Forwarder:
         The answers are those of `vehicle`; a command to a system that is not here is answered by this station.
         """
         port, now = foreign.port, self._clock.now()
-        self.refused[reason] += 1
+        self._count_refused(foreign.port, reason)
         text = why if vehicle is None else f"vehicle {vehicle.id}: {why}"
         self._report(port, f"refused {reason}", f"{foreign.sender}: {message.name} refused: {text}", EVENT_GAP_S)
         fields = message.fields

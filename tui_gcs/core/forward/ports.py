@@ -87,6 +87,8 @@ class Port:
         self.partners: dict[Address, Partner] = {}
         self.reported: dict[str, tuple[float, str]] = {}
         """(when, text) of the last event, by cause."""
+        self.refused: Counter[str] = Counter()
+        """Frames from here that were not passed on, by reason."""
         self.suppressed: Counter[str] = Counter()
         """Events left out since then, by cause."""
         self._streams: dict[Address, EndpointStream] = {}

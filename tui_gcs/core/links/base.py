@@ -18,6 +18,9 @@ class Link(ABC):
     stream = False
     """Whether `receive` gives raw chunks of byte streams, not datagrams of whole frames."""
 
+    is_closed = False
+    """Whether an operator has closed it: then its error is no trouble."""
+
     def __init__(self, spec: LinkSpec) -> None:
         """Begin with `spec`, the description that the operator gave."""
         self.spec = spec

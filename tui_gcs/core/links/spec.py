@@ -53,6 +53,16 @@ class LinkSpec:
     """Budget of the link, both directions together; None is no limit."""
 
 
+def is_loopback(host: str) -> bool:
+    """Return whether `host` is this machine for certain: a name or no host (serial) may lead anywhere."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
 def parse_link(text: str) -> LinkSpec:
     """Return the link that `text` names, e.g.
 

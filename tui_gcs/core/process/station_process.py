@@ -122,7 +122,7 @@ def run(run_file: Path) -> None:
         station.close()
         recorder.close()
         journal.close()
-        for link in (*links, *(endpoint.link for endpoint in forward)):
+        for link in (*station.comms.links.values(), *(endpoint.link for endpoint in forward)):
             link.close()
         bus.close()  # Zenoh may take its time; the process ends anyway
 

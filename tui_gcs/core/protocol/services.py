@@ -15,6 +15,7 @@ from tui_gcs.core.protocol.base import Message, Request, Vec3, VehicleRequest, V
 from tui_gcs.core.protocol.common import AnyRequest as StationRequest
 from tui_gcs.core.protocol.common import Reply, decode
 from tui_gcs.core.protocol.inspection import GetMessages, Inspection, SetMessageRate
+from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.setup import Number
 
 MAX_VEHICLES = 255
@@ -249,6 +250,7 @@ class ServiceReply(Reply, frozen=True):
     payloads: tuple[setup.PayloadRow, ...] = ()
     on_board: tuple[OnBoardRow, ...] = ()
     inspection: Inspection | None = None
+    link_report: LinkReport | None = None
 
 
 class GetVehicles(Request, frozen=True, tag="get-vehicles"):
@@ -413,6 +415,7 @@ Look = (
     | GetTaskResult
     | setup.Look
     | GetMessages
+    | GetLinks
 )
 Fetch = (
     ReadParams
@@ -439,7 +442,8 @@ Change = (
     | SetMessageRate
     | flight.Flight
 )
-ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.ConfirmStep
+LinkChange = AddLink | CloseLink | SetLinkRate
+ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.ConfirmStep | LinkChange
 
 
 def decode_request(data: bytes) -> StationRequest | ServiceRequest:

@@ -92,9 +92,12 @@ class LinkRates:
         self.members: dict[int, LinkMember] = {}
         self.queue: deque[int] = deque()
         """Vehicles in the order in which they are checked; the first has waited longest."""
-        per_s = MAX_PER_S if capacity is None else min(MAX_PER_S, REQUEST_SHARE * capacity / REQUEST_BYTES)
-        # The copies that a request needs may overdraw it; then no new request is sent.
-        self.bucket = TokenBucket(per_s, max(1.0, min(MAX_AT_ONCE, per_s / 10)), now)
+        self.bucket = _request_bucket(capacity, now)
+
+    def set_capacity(self, bytes_per_s: int | None, now: float) -> None:
+        """Take another capacity of the link; the set follows with the next `plan`, a poorer one at once."""
+        self.budget = telemetry_budget(bytes_per_s)
+        self.bucket = _request_bucket(bytes_per_s, now)
 
     @property
     def set(self) -> RateSet:
@@ -144,3 +147,10 @@ class LinkRates:
             self.place = place
             for member in self.members.values():
                 member.check_s = now
+
+
+def _request_bucket(capacity: int | None, now: float) -> TokenBucket:
+    """The limit of requests a second on a link of this capacity in bytes per second."""
+    per_s = MAX_PER_S if capacity is None else min(MAX_PER_S, REQUEST_SHARE * capacity / REQUEST_BYTES)
+    # The copies that a request needs may overdraw it; then no new request is sent.
+    return TokenBucket(per_s, max(1.0, min(MAX_AT_ONCE, per_s / 10)), now)

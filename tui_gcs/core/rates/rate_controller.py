@@ -133,6 +133,19 @@ class RateController:
         self._request_anew(vehicle, message, None)
         return was_set
 
+    def set_link(self, spec: LinkSpec) -> None:
+        """A link was added, or carries another number of bytes per second."""
+        now = self._clock.now()
+        self._specs[spec.name] = spec
+        link = self._link(spec.name)
+        link.silent = spec.high_latency
+        link.set_capacity(spec.bytes_per_s, now)
+        link.plan(now)
+
+    def rates_of(self, name: str) -> LinkRates:
+        """A link by name, with its set and budget."""
+        return self._link(name)
+
     def link_of(self, vehicle: Vehicle) -> LinkRates:
         """The link in use by a vehicle, with its set and budget."""
         return self._link(vehicle.link)

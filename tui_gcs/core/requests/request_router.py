@@ -15,6 +15,7 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.requests.key_provisioning import KeyProvisioning
+from tui_gcs.core.requests.link_requests import LinkRequests
 from tui_gcs.core.requests.planner_requests import PlannerRequests
 from tui_gcs.core.requests.point_requests import PointRequests
 from tui_gcs.core.requests.station_requests import StationRequests
@@ -39,6 +40,7 @@ class RequestRouter:
             **self.planners.handlers(),
             **PointRequests(context.parts).handlers(),
             **KeyProvisioning(context.parts).handlers(),
+            **LinkRequests(context.parts).handlers(),
             **self._vehicle_tasks.handlers(),
         }
 

@@ -319,7 +319,8 @@ class AlarmFinder:
             if error:
                 yield AlarmFinding("recording", "station", error)
         for name, link in parts.comms.links.items():
-            if link.error:
+            # What an operator has closed needs no operator.
+            if link.error and not link.is_closed:
                 yield AlarmFinding("link", name, link.error)
         for endpoint in parts.config.forward:
             if endpoint.link.error:

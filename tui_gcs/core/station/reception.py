@@ -76,7 +76,7 @@ class Reception:
                         taken = [for_log(raw) for raw in taken]
                     self._recorder.write_many(wall_s, taken)
             # Reported on a change only: a cable that is unplugged would otherwise fill the journal.
-            if bool(link.error) != (name in self._down):
+            if bool(link.error) != (name in self._down) and not link.is_closed:
                 self._report(name, link.error)
         if now >= self._next_look_s:
             self._next_look_s = now + 1.0
@@ -96,7 +96,7 @@ class Reception:
         """Report datagrams that the operating system dropped because they were not read in time."""
         for name, link in self._links.items():
             drops = link.kernel_drops
-            if drops > self._kernel_drops[name]:
+            if drops > self._kernel_drops.get(name, 0):
                 text = f"overload: the system dropped datagrams before we read them ({drops} so far)"
                 self._events.report(EventClass.CONNECTION, f"link {name}", text, WARNING, every_s=10)
                 self._kernel_drops[name] = drops
