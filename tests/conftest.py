@@ -57,3 +57,10 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.set_threshold(10_000)
     sys.dont_write_bytecode = True  # what is imported later: some tests watch which files are written
+
+
+@pytest.fixture(scope="session", autouse=True)
+def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Name the folder that all processes of this run use for what takes long to make (core/rigs/designs.py)."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        os.environ["TESTS_SHARED_FOLDER"] = str(tmp_path_factory.getbasetemp().parent)

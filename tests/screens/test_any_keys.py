@@ -36,8 +36,16 @@ async def test_no_key_at_any_size_ends_the_console(seed: int) -> None:
     await any_keys(seed, 60)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(100, 100 + int(os.environ.get("ANY_KEYS", "12"))))
+MANY_SEEDS = [
+    *(pytest.param(seed, marks=pytest.mark.long) for seed in (100, 101)),
+    *(
+        pytest.param(seed, marks=pytest.mark.endurance)
+        for seed in range(102, 100 + int(os.environ.get("ANY_KEYS", "12")))
+    ),
+]
+
+
+@pytest.mark.parametrize("seed", MANY_SEEDS)
 async def test_no_key_of_many_ends_the_console(seed: int) -> None:
     await any_keys(seed, 400)
 
