@@ -12,6 +12,7 @@ import msgspec
 from tui_gcs.cli.command_report import check_output, finish
 from tui_gcs.cli.common import join, login_name, read_planners, read_scenario, running
 from tui_gcs.cli.exit_codes import CommandError
+from tui_gcs.cli.flights.alarm_lines import AlarmLines
 from tui_gcs.cli.flights.scenario_options import require_gates
 from tui_gcs.cli.flights.station_keeper import StationKeeper
 from tui_gcs.cli.fly import start
@@ -94,7 +95,7 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
     # A KeyboardInterrupt would end the run with vehicles in the air: they return and land first.
     signal.signal(signal.SIGINT, lambda *_: interrupted.set())
     signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
-    bar = ProgressBar()
+    bar, alarms = ProgressBar(), AlarmLines()
     keeper = StationKeeper(lambda: running(kind), lambda: start(kind, arguments))
     reported = 0
     while not script.done:
@@ -110,6 +111,9 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
         for check in script.overridden[reported:]:
             sys.stderr.write(f"tui-gcs: flying in spite of {check.words()}\n")
         reported = len(script.overridden)
+        for line in alarms.new(script.alarms):
+            bar.end()
+            sys.stderr.write(f"tui-gcs: {line}\n")
         silence = keeper.look(in_flight=bool(script.armed) and not interrupted.is_set())
         # What was heard before is not how the vehicles are now.
         bar.show(script.progress, f"{silence}, before: {script.headline}" if silence else script.headline)

@@ -9,7 +9,7 @@ from enum import StrEnum
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
-from tui_gcs.core.protocol.alarms import vehicles_words
+from tui_gcs.core.protocol.alarms import Alarm, vehicles_words
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.common import (
     FleetFrame,
@@ -107,6 +107,11 @@ class Script:
         if status is None or status.run is not RunPhase.HOLD or status.in_control in ("", self._principal):
             return ""
         return status.in_control
+
+    @property
+    def alarms(self) -> tuple[Alarm, ...]:
+        """What the station alarms now."""
+        return self._status.alarms if self._status is not None else ()
 
     @property
     def progress(self) -> float:
