@@ -35,13 +35,29 @@ MAX_PARAMETER = 0xFFFF
 
 _BURST = "ftp burst"
 _SYS_BYTES = 100_000
-_SYS = {
+_NO_BYTES = "TX=       0 RX=       0 TXBD=     0 RXBD=     0"
+_UARTS = f"""UARTV1
+SERIAL0 TX=   31617 RX=    2229 TXBD=  7349 RXBD=   518 connected     (udpclient:127.0.0.1:14550)
+SERIAL1 {_NO_BYTES} not connected (none:1)
+SERIAL2 {_NO_BYTES} not connected (none:2)
+SERIAL3 TX=    4307 RX=   86478 TXBD=  1001 RXBD= 20103 connected     (GPS1)
+SERIAL4 {_NO_BYTES} connected     (GPS2)
+SERIAL5 {_NO_BYTES} not connected (tcp:5)
+SERIAL6 {_NO_BYTES} not connected (tcp:6)
+SERIAL7 {_NO_BYTES} not connected (tcp:7)
+SERIAL8 {_NO_BYTES} not connected (tcp:8)
+"""
+_SYS: dict[str, bytes | None] = {
+    "threads.txt": None,
     "tasks.txt": b"TasksV2\n",
-    "dma.txt": b"DMAV1\n",
-    "memory.txt": b"MemInfoV1\n",
-    "uarts.txt": b"UARTV1\nSERIAL0 TX=   31617 RX=    2229 TXBD=  7349 RXBD=   518 FlowCtrl=0\n",
-    "timers.txt": b"TIMERV1\n",
+    "dma.txt": None,
+    "memory.txt": None,
+    "uarts.txt": _UARTS.encode(),
+    "timers.txt": None,
+    "crash_dump.bin": None,
 }
+"""Files of `@SYS` as listed, and as they were read from a real ArduCopter in SITL; None: it cannot be opened, because
+that HAL has nothing to say (AP_Filesystem_Sys.cpp), though on a flight controller it can."""
 
 
 class OpenFile:
@@ -190,11 +206,11 @@ class ArduPilotFtpServer(FtpServer):
             tree.add(path)
         tree.add("eeprom.bin", bytes(16384))
         tree.add("@ROMFS/locations.txt", b"#NAME=latitude,longitude,absolute-altitude,heading\n")
-        # Listed, but cannot be opened.
-        tree.order.append("@SYS/threads.txt")
         for name, content in _SYS.items():
-            tree.add(f"@SYS/{name}", _sys_file(content))
-        tree.order.append("@SYS/crash_dump.bin")
+            if content is None:
+                tree.order.append(f"@SYS/{name}")  # listed, but cannot be opened
+            else:
+                tree.add(f"@SYS/{name}", _sys_file(content))
         tree.add("@SYS/storage.bin", bytes(16384))
 
     def _log_path(self, log: Log) -> str:

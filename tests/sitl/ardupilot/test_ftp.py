@@ -182,10 +182,18 @@ class TestLists:
         assert data.count(b"\0\0") == 8
         assert b"Fthreads.txt\t100000\0\0" in data
         assert b"Fstorage.bin\t16384\0\0" in data
-        assert client.one(OPEN, b"@SYS/threads.txt").refused == [10]
+        for name in (b"threads", b"dma", b"memory", b"timers"):
+            assert client.one(OPEN, b"@SYS/%s.txt" % name).refused == [10], "listed only"
         assert client.one(OPEN, b"@SYS/tasks.txt").data == struct.pack("<I", 100_000)
         assert client.one(READ, size=239).data == b"TasksV2\n"
         assert client.one(READ, size=239, offset=8).refused == [6]
+
+    def test_the_list_of_ports_is_that_of_a_real_one(self, client):
+        """729 bytes in four blocks, as recorded."""
+        client.one(OPEN, b"@SYS/uarts.txt")
+        text = b"".join(client.one(READ, size=239, offset=at).data for at in (0, 239, 478, 717))
+        assert len(text) == 729 and text.startswith(b"UARTV1\nSERIAL0 TX=")
+        assert client.one(READ, size=239, offset=729).refused == [6]
 
     @pytest.mark.parametrize("path", [b"@PARAM", b"@MISSION", b"/logs", b"/nosuch", b"../x"])
     def test_what_cannot_be_listed(self, client, path):
