@@ -45,6 +45,10 @@ SIM_STATION_SYSID = 254
 """The station's system id in simulations; its heartbeats count like those of MAV_GCS_SYSID."""
 
 
+GCS_SYSID_ENFORCE = 1
+"""Bit of MAV_OPTIONS."""
+
+
 class ArduCopter(Autopilot):
     """A simulated ArduCopter: it builds its parts at power-on and ticks them in the right order."""
 
@@ -163,6 +167,11 @@ class ArduCopter(Autopilot):
                 self.arming.report_problems()
         self.failsafes.watch()
         self._parts.remote_id.watch()
+
+    def obeys(self, frame: Received) -> bool:
+        """Return whether the sender counts; with bit 0 of MAV_OPTIONS the own station alone does (`accept_packet`)."""
+        enforced = int(self.platform.params["MAV_OPTIONS"]) & GCS_SYSID_ENFORCE
+        return not enforced or self._is_own_station(frame.system) or frame.system == self.platform.spec.system_id
 
     def _is_own_station(self, system: int) -> bool:
         # Heartbeats and joysticks of other system ids do not count: they cannot hide the loss of this station.

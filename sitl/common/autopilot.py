@@ -183,9 +183,15 @@ class Autopilot(ABC):
                 continue
             if not self.ANY_COMPONENT and frame.fields.get("target_component", 0) not in (0, self.AUTOPILOT_COMPONENT):
                 continue
+            if not self.obeys(frame):
+                continue
             # Checked last: an accepted signature moves the time of its stream.
             if platform.outbox.signer.accepts(frame.raw):
                 handler(frame)
+
+    def obeys(self, frame: Received) -> bool:
+        """Return whether frames of this sender are handled: those of anybody, unless an autopilot is told otherwise."""
+        return True
 
     def common_handlers(self) -> dict[str, Handler]:
         """Return the handlers of messages that both autopilots treat alike."""

@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from sitl.links.wire import Encoder
+
 GUIDED, LOITER, RTL, LAND, BRAKE = 4, 5, 6, 9, 17
 POSITION_VELOCITY, VELOCITY_ONLY = 0xDC0, 0xDC7
 
@@ -110,6 +112,18 @@ def test_targets_are_dropped_silently_on_the_ground_and_in_other_modes(booted):
     ground.run(3.0)
     assert abs(ground.fleet.position_m[0, 0]) < 0.1
     assert {f.name for t, _, f in ground.heard if t > since} == {"HEARTBEAT"}
+
+
+@pytest.mark.parametrize(("enforced", "system", "flown"), [(0, 250, True), (1, 250, False), (1, 255, True)])
+def test_whose_targets_are_flown_is_a_parameter(booted, enforced, system, flown):
+    """By default those of any station are; with bit 0 of MAV_OPTIONS only those of MAV_GCS_SYSID (`accept_packet`)."""
+    ground = booted()
+    ground.take_off()
+    ground.param("MAV_OPTIONS", enforced)
+    ground.encoder = Encoder(system, 190)
+    ground.target(20.0, 0.0, 10.0)
+    ground.run(8.0)
+    assert bool(ground.fleet.position_m[0, 0] > 15.0) is flown
 
 
 @pytest.mark.parametrize("alt_m", [math.nan, math.inf])
