@@ -24,6 +24,10 @@ PLAN = "#5c6a78"
 TRAIL = "#7d8894"
 GRID = "#2c343c"
 WHITE = "#ffffff"
+TEAMS = ("#4fd0c0", "#b8a0ff", "#a0d468", "#e8a0d8", "#8cc8ff", "#d8c8a0")
+"""Vehicles of the first, second … team that need no attention. None is near a colour of alarms."""
+TOURS = ("#2f7d73", "#6e6099", "#607f3e", "#8b6082", "#547899", "#827860")
+"""The tours of these teams, darker."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,9 @@ NIGHT = Theme(
         PLAN: "#5f0000",
         TRAIL: "#870000",
         GRID: "#3a0000",
-    },
+    }
+    | dict.fromkeys(TEAMS, "#d70000")
+    | dict.fromkeys(TOURS, "#870000"),
     other="red",
 )
 DAY = Theme(
@@ -90,7 +96,9 @@ DAY = Theme(
         PLAN: "#8a94a0",
         TRAIL: "#707a84",
         GRID: "#d0d4d8",
-    },
+    }
+    | dict(zip(TEAMS, ("#00695c", "#5030a0", "#3a6a10", "#90306f", "#105a90", "#6a5520"), strict=True))
+    | dict(zip(TOURS, ("#60a89e", "#a090c8", "#90ac70", "#c090b0", "#80a8c8", "#b0a484"), strict=True)),
     other="inverted",
 )
 CONTRAST = Theme(
@@ -111,7 +119,8 @@ CONTRAST = Theme(
         PLAN: "#a0a8b0",
         TRAIL: "#c0c8d0",
         GRID: "#606060",
-    },
+    }
+    | dict(zip(TOURS, TEAMS, strict=True)),
 )
 THEMES = {theme.name: theme for theme in (DARK, NIGHT, DAY, CONTRAST)}
 
@@ -132,7 +141,7 @@ SIXTEEN = {
     PLAN: 8,
     TRAIL: 7,
     GRID: 8,
-}
+} | dict(zip((*TEAMS, *TOURS), (6, 13, 2, 5, 14, 10) * 2, strict=True))
 """Numbers of the 16 colours. The nearest by value would give warnings and attack zones the same red."""
 SIXTEEN_OF = {
     "night": {name: 9 if name in (WARNING, WHITE, CAUTION) else 1 for name in SIXTEEN} | {BACKGROUND: 0},
@@ -153,6 +162,7 @@ SIXTEEN_OF = {
         PLAN: 8,
         TRAIL: 8,
         GRID: 8,
-    },
+    }
+    | dict(zip((*TEAMS, *TOURS), (6, 5, 2, 13, 4, 8) * 2, strict=True)),
     "high contrast": SIXTEEN | {TEXT: 15, PANEL_EDGE: 15},
 }

@@ -33,9 +33,10 @@ async def test_keys_of_the_map_change_the_view_and_command_nothing() -> None:
         assert Layer.GRID not in view.content.hidden
         assert view.glyphs.dots == "blocks"
         assert c.app.display_theme == "night"
-        await c.press("L", "2", "9")
+        await c.press("L", "2", "9", "0")
         assert isinstance(c.app.screen, LayersDialog)
         assert Layer.TRAILS in view.content.hidden
+        assert Layer.TEAMS not in view.content.hidden
         await c.press("escape")
         assert c.app.screen is c.fly
         assert c.station.commands() == []

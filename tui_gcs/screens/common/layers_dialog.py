@@ -10,6 +10,9 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_view import MapView
 
+NUMBERS = "1234567890"
+"""The keys of the layers, in their order."""
+
 
 class LayerLines(LinesView):
     """The list of layers with their numbers, and whether each is shown."""
@@ -24,7 +27,7 @@ class LayerLines(LinesView):
     def lines(self, width: int, height: int) -> list[Line]:
         """Return each layer with its number and whether it is shown."""
         shown: list[Line] = []
-        for number, layer in enumerate(Layer, 1):
+        for number, layer in zip(NUMBERS, Layer, strict=True):
             on = layer not in self._map_view.content.hidden
             ink = Ink.TEXT if on else Ink.MUTED
             shown.append([(f" {number} ", Ink.BOLD), (f"[{'x' if on else ' '}] {layer}", ink)])
@@ -51,9 +54,9 @@ class LayersDialog(ModalScreen[None]):
 
     def on_key(self, event: Key) -> None:
         """Switch a layer by its number; Escape, Enter and q close."""
-        layers = list(Layer)
-        if event.key.isdigit() and 1 <= int(event.key) <= len(layers):
-            self._map_view.toggle_layer(layers[int(event.key) - 1])
+        layers = dict(zip(NUMBERS, Layer, strict=True))
+        if event.key in layers:
+            self._map_view.toggle_layer(layers[event.key])
             self._layer_lines.update_lines()
         elif event.key in ("escape", "enter", "q", "L", "shift+l") and self.is_active:  # not for a second key behind it
             self.dismiss()

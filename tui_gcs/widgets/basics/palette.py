@@ -1,7 +1,7 @@
 """What cells and words stand for, and their colours: few, and each with a shape or a word beside it.
 
 The alarm colours keep their meaning in 16-colour terminals (docs/terminal.md B8, D7): vehicles are coloured by alarm
-level only, zones by role only.
+level, and by team only where nothing is wrong with them; zones by role only.
 """
 
 from enum import IntEnum
@@ -19,27 +19,41 @@ class Ink(IntEnum):
     AREA = 2
     OVERLAY = 3
     PLAN = 4
-    TRAIL = 5
-    NO_FLY = 6
-    DEFEND = 7
-    ATTACK = 8
-    EDITED = 9
-    PLACE = 10
-    TEXT = 11
-    MUTED = 12
-    NORMAL = 13
-    ADVISORY = 14
-    CAUTION = 15
-    WARNING = 16
-    ALARM = 17
+    TOUR_1 = 5
+    TOUR_2 = 6
+    TOUR_3 = 7
+    TOUR_4 = 8
+    TOUR_5 = 9
+    TOUR_6 = 10
+    """Tours of the teams, in the order of their names."""
+    TRAIL = 11
+    NO_FLY = 12
+    DEFEND = 13
+    ATTACK = 14
+    EDITED = 15
+    PLACE = 16
+    TEXT = 17
+    TEAM_1 = 18
+    TEAM_2 = 19
+    TEAM_3 = 20
+    TEAM_4 = 21
+    TEAM_5 = 22
+    TEAM_6 = 23
+    """Vehicles of the teams that need no attention."""
+    MUTED = 24
+    NORMAL = 25
+    ADVISORY = 26
+    CAUTION = 27
+    WARNING = 28
+    ALARM = 29
     """A new warning on the alarm line, in reverse."""
-    SELECTED = 18
-    SELECTED_CAUTION = 19
-    SELECTED_WARNING = 20
-    BOLD = 21
-    LIVE = 22
-    REPLAY = 23
-    TARGET = 24
+    SELECTED = 30
+    SELECTED_CAUTION = 31
+    SELECTED_WARNING = 32
+    BOLD = 33
+    LIVE = 34
+    REPLAY = 35
+    TARGET = 36
     """A target that sensors have found."""
 
 
@@ -70,3 +84,7 @@ STYLES: dict[int, Style] = {
     Ink.REPLAY: Style(color=colours.ADVISORY, bold=True, reverse=True),
     Ink.TARGET: Style(color=colours.TARGET, bold=True),
 }
+TEAM_INKS = (Ink.TEAM_1, Ink.TEAM_2, Ink.TEAM_3, Ink.TEAM_4, Ink.TEAM_5, Ink.TEAM_6)
+TOUR_INKS = (Ink.TOUR_1, Ink.TOUR_2, Ink.TOUR_3, Ink.TOUR_4, Ink.TOUR_5, Ink.TOUR_6)
+STYLES |= {ink: Style(color=colour) for ink, colour in zip(TEAM_INKS, colours.TEAMS, strict=True)}
+STYLES |= {ink: Style(color=colour) for ink, colour in zip(TOUR_INKS, colours.TOURS, strict=True)}

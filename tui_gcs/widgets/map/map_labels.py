@@ -14,6 +14,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS, SELECTED_INKS, on_ground
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle, level_now
 from tui_gcs.widgets.map.map_scene import Word
+from tui_gcs.widgets.map.map_teams import MapTeams
 from tui_gcs.widgets.map.map_viewport import Viewport
 
 MAX_LABELLED = 60
@@ -91,8 +92,14 @@ class VehicleLabels:
         selected: int | None,
         alarms: AlarmsByVehicle,
         glyphs: GlyphSet,
+        teams: MapTeams,
+        *,
+        lettered: bool,
     ) -> None:
-        """Draw all vehicles in view; selected (reversed) and alarmed (marked) ones are placed first."""
+        """Draw all vehicles in view; selected (reversed) and alarmed (marked) ones are placed first.
+
+        Vehicles with which nothing is wrong have the colour of their team; `lettered` puts its letters behind the id.
+        """
         levels = {row.id: level_now(row, alarms.get(row.id, ())) for row in vehicles}
         order = sorted(vehicles, key=lambda row: (row.id != selected, -levels[row.id], row.id))
         seen: list[tuple[VehicleRow, tuple[int, int]]] = []
@@ -104,11 +111,13 @@ class VehicleLabels:
         # The most important vehicle is written last, so that it is on top where several share a cell.
         for row, (x, y) in reversed(seen):
             if (x // CROWD_COLUMNS, y // CROWD_ROWS) not in crowds or _stands_out(levels[row.id], row.id == selected):
-                cells.write(x, y, vehicle_glyph(glyphs, row), _ink(levels[row.id], row.id == selected))
+                ink = _ink(levels[row.id], row.id == selected, teams.vehicle_ink(row.team))
+                cells.write(x, y, vehicle_glyph(glyphs, row), ink)
         for row, (x, y) in seen:
             level, chosen = levels[row.id], row.id == selected
             if len(seen) <= MAX_LABELLED or _stands_out(level, chosen):
-                self._label(cells, row.id, x, y, f"{MARKS[level]}{row.id}", _ink(level, chosen))
+                text = f"{MARKS[level]}{row.id}{teams.letters(row.team) if lettered else ''}"
+                self._label(cells, row.id, x, y, text, _ink(level, chosen, teams.vehicle_ink(row.team)))
         for (x, y), count in crowds.items():
             cells.place(Word(x * CROWD_COLUMNS, y * CROWD_ROWS, f"({count})", Ink.TEXT))
 
@@ -144,5 +153,8 @@ def _stands_out(level: Severity, selected: bool) -> bool:
     return selected or level > Severity.GREY
 
 
-def _ink(level: Severity, selected: bool) -> Ink:
-    return SELECTED_INKS[level] if selected else INKS[level]
+def _ink(level: Severity, selected: bool, ordinary: Ink) -> Ink:
+    """Return the ink of a level; `ordinary` is that of a vehicle with which nothing is wrong."""
+    if selected:
+        return SELECTED_INKS[level]
+    return ordinary if level is Severity.NORMAL else INKS[level]

@@ -15,6 +15,7 @@ class Layer(StrEnum):
     OVERLAYS = "overlays"
     GOALS = "places flown to"
     ON_BOARD = "plans on board"
+    TEAMS = "team names"
 
 
-HIDDEN_AT_FIRST = frozenset({Layer.GRID})
+HIDDEN_AT_FIRST = frozenset({Layer.GRID, Layer.TEAMS})

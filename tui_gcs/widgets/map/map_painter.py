@@ -12,7 +12,7 @@ from tui_gcs.core.protocol.common import Annotation, FleetFrame, VehicleRow
 from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.core.scenario.model import Round, TakeOffPlace
 from tui_gcs.widgets.basics.glyphs import GlyphSet
-from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.palette import TOUR_INKS, Ink
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
 from tui_gcs.widgets.map import map_scene
 from tui_gcs.widgets.map.map_drawings import MapLine, MapWord, draw_lines, words_at
@@ -22,6 +22,7 @@ from tui_gcs.widgets.map.map_labels import Cells, VehicleLabels
 from tui_gcs.widgets.map.map_layers import HIDDEN_AT_FIRST, Layer
 from tui_gcs.widgets.map.map_pointer import Pointer, draw_pointer, pointer_words
 from tui_gcs.widgets.map.map_raster import DotRaster
+from tui_gcs.widgets.map.map_teams import MapTeams
 from tui_gcs.widgets.map.map_tracks import draw_tracks, track_words
 from tui_gcs.widgets.map.map_trails import Trails
 from tui_gcs.widgets.map.map_viewport import Viewport
@@ -33,6 +34,7 @@ ASCII_LETTERS = {
     Ink.AREA: ".",
     Ink.OVERLAY: "~",
     Ink.PLAN: ":",
+    **dict.fromkeys(TOUR_INKS, ":"),
     Ink.TRAIL: ",",
     Ink.NO_FLY: "x",
     Ink.DEFEND: "#",
@@ -68,6 +70,8 @@ class MapContent:
     lines: Sequence[MapLine] = ()
     words: Sequence[MapWord] = ()
     """Lines and words that the screen has drawn: plans that vehicles hold, or shall hold."""
+    teams: MapTeams = field(default_factory=MapTeams)
+    """The teams of the vehicles and drawings."""
     selected: int | None = None
     edited_zone: str | None = None
 
@@ -106,7 +110,16 @@ class MapPainter:
                 cells.write(word.column, word.row, word.text, word.ink)
         if content.frame is not None:
             # Vehicles before all words: what is written first keeps its cells.
-            self._labels.draw(cells, view, content.rows, content.selected, content.alarms, content.glyphs)
+            self._labels.draw(
+                cells,
+                view,
+                content.rows,
+                content.selected,
+                content.alarms,
+                content.glyphs,
+                content.teams,
+                lettered=Layer.TEAMS not in hidden,
+            )
             if Layer.TRACKS not in hidden:
                 for word in track_words(view, content.frame.tracks, content.frame.t_s):
                     cells.write_first_sign(word)
@@ -129,7 +142,7 @@ def _background(content: MapContent, view: Viewport) -> DotRaster:
     if content.current is not None:
         map_scene.draw_round(raster, view, content.current, content.edited_zone)
     if Layer.PLANS not in content.hidden:
-        map_scene.draw_annotations(raster, view, content.annotations)
+        map_scene.draw_annotations(raster, view, content.annotations, content.teams)
     if Layer.ON_BOARD not in content.hidden:
         draw_lines(raster, view, content.lines)
     return raster
@@ -141,6 +154,8 @@ def _optional_words(content: MapContent, view: Viewport) -> list[map_scene.Word]
     words = words_at(view, content.words, must=False) if Layer.ON_BOARD not in hidden else []
     if content.current is not None:
         words += map_scene.zone_words(view, content.current, content.edited_zone)
+    if Layer.TEAMS not in hidden:
+        words += map_scene.legend_words(content.teams, view.columns)
     if Layer.PLANS not in hidden:
         words += map_scene.annotation_words(view, content.annotations, content.glyphs)
     if Layer.GOALS not in hidden:

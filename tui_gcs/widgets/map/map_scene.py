@@ -16,10 +16,12 @@ from tui_gcs.core.scenario.model import Round, TakeOffPlace
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_raster import DotRaster, Points
+from tui_gcs.widgets.map.map_teams import MapTeams
 from tui_gcs.widgets.map.map_viewport import Viewport
 
 AREA_DASH = (7.0, 4.0)
-PLAN_DASH = (1.0, 3.0)
+LEGEND_GAP = 2
+"""Cells between two names of teams."""
 ATTACK_GAP_DOTS = 2.5
 ROLE_INKS = {Role.DEFEND: Ink.DEFEND, Role.ATTACK: Ink.ATTACK, Role.NO_FLY: Ink.NO_FLY}
 ROLE_WORDS = {Role.DEFEND: "DEFEND", Role.ATTACK: "ATTACK", Role.NO_FLY: "NO-FLY"}
@@ -77,13 +79,16 @@ def place_words(view: Viewport, places: Sequence[TakeOffPlace], glyphs: GlyphSet
     return [Word(*cell, glyphs.place, Ink.PLACE) for cell in cells if cell is not None]
 
 
-def draw_annotations(raster: DotRaster, view: Viewport, drawings: Mapping[str, Sequence[Annotation]]) -> None:
-    """Draw tours and areas of the planners, dotted."""
-    for annotations in drawings.values():
+def draw_annotations(
+    raster: DotRaster, view: Viewport, drawings: Mapping[str, Sequence[Annotation]], teams: MapTeams
+) -> None:
+    """Draw tours and areas of the planners, each team's in its colour and dash."""
+    for team, annotations in drawings.items():
+        ink, dash = teams.tour(team)
         for drawing in annotations:
             points = view.to_dots(np.array(drawing.points_m, dtype=np.float64).reshape(-1, 2))
             if drawing.kind in ("polyline", "polygon"):
-                raster.polyline(points, Ink.PLAN, closed=drawing.kind == "polygon", dash=PLAN_DASH)
+                raster.polyline(points, ink, closed=drawing.kind == "polygon", dash=dash)
 
 
 def annotation_words(view: Viewport, drawings: Mapping[str, Sequence[Annotation]], glyphs: GlyphSet) -> list[Word]:
@@ -97,6 +102,18 @@ def annotation_words(view: Viewport, drawings: Mapping[str, Sequence[Annotation]
             text = drawing.text if drawing.kind == "text" else glyphs.marker + drawing.text
             if cell is not None and text:
                 words.append(Word(*cell, text, Ink.PLAN))
+    return words
+
+
+def legend_words(teams: MapTeams, columns: int) -> list[Word]:
+    """Return the teams' names in their colours, side by side in the first row, as many as fit."""
+    words: list[Word] = []
+    column = 0
+    for name in teams.names:
+        if column + len(name) > columns:
+            break
+        words.append(Word(column, 0, name, teams.vehicle_ink(name)))
+        column += len(name) + LEGEND_GAP
     return words
 
 

@@ -29,6 +29,7 @@ from tui_gcs.widgets.map.map_labels import Cells
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_painter import MapContent, MapPainter
 from tui_gcs.widgets.map.map_pointer import Pointer
+from tui_gcs.widgets.map.map_teams import teams_of
 from tui_gcs.widgets.map.map_viewport import DOTS_X, DOTS_Y, Viewport
 
 FOLLOW_MIDDLE = 0.25
@@ -84,14 +85,23 @@ class MapView(Widget):
         if frame is not None:
             self._painter.trails.update(frame.t_s, content.rows)
             self._keep_in_view()
-        self._redraw()
+        self._redraw(background=self._find_teams())
 
     def set_annotations(self, annotations: Mapping[str, Sequence[Annotation]]) -> None:
         """Show what the planners draw, by team."""
         new = {team: tuple(drawings) for team, drawings in annotations.items()}
         if new != self.content.annotations:
             self.content.annotations = new
+            self._find_teams()
             self._redraw(background=True)
+
+    def _find_teams(self) -> bool:
+        """Take the teams of what is shown; returns whether they are others than before."""
+        teams = teams_of(self.content.rows, self.content.annotations)
+        if teams.names == self.content.teams.names:
+            return False
+        self.content.teams = teams
+        return True
 
     def set_drawings(self, lines: Sequence[MapLine], words: Sequence[MapWord]) -> None:
         """Show lines and words of the screen: plans that vehicles hold, or shall hold."""
