@@ -11,6 +11,7 @@ from tests.planner.rigs.flights import AREA, no_fly, region_of, zone_of
 from tests.planner.rigs.guarded import refusals
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 from tui_gcs.core.protocol.planning import cells_of
+from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.patrol.lane_tours import best_lane_tours, lane_tour
 from tui_gcs.planner.patrol.tour import evaluate, evaluate_large
 from tui_gcs.planner.patrol.tour_search import begin_search
@@ -50,6 +51,30 @@ def test_the_first_plan_sees_all_that_can_be_seen_and_keeps_the_margin(
         assert wall is not None and isinstance(zone.shape, Circle)
         nearest_m = float(shapely.distance(wall, shapely.points(design.tour.xy_m)).min()) - zone.shape.radius_m
         assert nearest_m > 5.0 + 0.3
+
+
+SOUTH_ARMS = ((-13.6, 0.5), (-25.4, -23.6), (-0.4, -13.7), (18.9, -32.4), (17.2, -5.6))
+NORTH_ARMS = ((40.9, 7.0), (14.9, 13.7), (10.3, 40.1), (-4.2, 17.5), (-30.7, 21.2))
+STAR = Polygon(SOUTH_ARMS + NORTH_ARMS)
+AROUND_STAR = OperatingArea(Rectangle((-25.0, 25.6), 250.2, 115.9), 20.0, 86.0)
+OVER_STAR = tuple(
+    no_fly(shape)
+    for shape in (
+        Circle((4.5, 16.0), 9.0),
+        Polygon(((14.7, 29.6), (-0.3, 52.0), (5.6, 50.2), (7.1, 49.2), (14.5, 39.4))),
+        Circle((31.5, -17.4), 9.0),
+        Polygon(((-12.2, -37.2), (-36.3, -10.7), (-20.7, -4.4), (-13.5, -6.8), (-5.1, -17.6))),
+    )
+)
+"""A star whose south-western arm can be seen from a pocket between a no-fly zone and the border only."""
+
+
+@pytest.mark.long
+def test_the_first_plan_leaves_no_pocket_behind_walls_out() -> None:
+    motion = TourLimits(11.8, 2.2, 13.0)
+    site = site_of(STAR, region_of(zone_of(STAR), AROUND_STAR, OVER_STAR), motion, 14.1)
+    design = begin_search(site, 1, 7).best
+    assert design is not None and design.real.coverage == 1.0
 
 
 def test_what_is_sent_of_a_tour_round_a_no_fly_zone_passes_the_guard() -> None:

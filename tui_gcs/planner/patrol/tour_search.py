@@ -157,7 +157,22 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
         while not finishing.done:
             finishing, left = site.tightened(finishing), left - 1
         search._admit(site, finishing.best)
+    if search.best is None or search.best.real.coverage < 1.0:
+        _add_unbent(search, site, lanes)
     return search
+
+
+def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
+    """Try lanes that were not bent, finished and as they are: bending can leave a pocket behind walls out for good."""
+    for i, path in enumerate(lanes):
+        draft = site.draft(f"lanes {i}", path).respaced(FINER)
+        finishing = site.begun(draft)
+        while not finishing.done:
+            finishing = site.tightened(finishing)
+        search._admit(site, finishing.best)
+        for judged in (site.judged(finishing.best, search.n), site.judged(draft, search.n)):
+            if search.best is None or judged.rank < search.best.rank:
+                search.best = judged
 
 
 def _begin_large(search: TourSearch, site: TourSite) -> TourSearch:
