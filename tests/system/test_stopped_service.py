@@ -23,17 +23,14 @@ def free_port() -> int:
         return port
 
 
-def test_a_stopped_service_brings_the_vehicles_home(tmp_path: Path) -> None:
-    environment = os.environ | {
-        "TUI_GCS_STATE_DIR": str(tmp_path / "state"),
-        "TUI_GCS_RUNTIME_DIR": str(tmp_path / "run"),
-    }
+def test_a_stopped_service_brings_the_vehicles_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
+    monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
 
     def start(*words: str) -> subprocess.Popen[str]:
         return subprocess.Popen(
             (*TUI_GCS, *words),
             cwd=tmp_path,
-            env=environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -42,7 +39,7 @@ def test_a_stopped_service_brings_the_vehicles_home(tmp_path: Path) -> None:
 
     def says(*words: str) -> str:
         command = (*TUI_GCS, *words)
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         return done.stdout + done.stderr
 
     says("scenario", "new", "field.toml", "--vehicles", "2")
