@@ -83,11 +83,11 @@ def test_who_is_much_too_fast_comes_to_rest_later_than_is_looked_at() -> None:
 
 
 def test_it_brakes_along_its_way_and_upright_by_itself() -> None:
-    """Of 5 m/s each axis has its share; upwards it is 0.8 m/s² from 2 m/s: 0.5 m + 2.5 m."""
-    prediction = seen(VehicleState(1, HERE, (3.0, -4.0, 2.0), MotionModel.STOPS))
+    """Of 5 m/s each axis has its share; upwards it is 0.8 m/s² from 1 m/s: 0.25 m + 0.625 m."""
+    prediction = seen(VehicleState(1, HERE, (3.0, -4.0, 1.0), MotionModel.STOPS))
     way = 0.25 + 5.0 / 4.0
-    assert prediction.rests_m[0, 1] == pytest.approx([50 + 3 * way, 50 - 4 * way, 43.0])
-    assert along(prediction, "stops_m", 1.25)[2] == pytest.approx(0.5 + 2.0 - 0.4)
+    assert prediction.rests_m[0, 1] == pytest.approx([50 + 3 * way, 50 - 4 * way, 40.875])
+    assert along(prediction, "stops_m", 1.25)[2] == pytest.approx(0.25 + 1.0 - 0.4)
 
 
 def test_who_stands_stays() -> None:

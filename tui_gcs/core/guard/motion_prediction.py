@@ -388,7 +388,7 @@ def _brake(
     shares = seconds[..., [0, 0, 1]]
     rests = here + shares[:, :, -1] * velocity
     places = here[:, None, :] + shares[:, :, :-1] * velocity[:, None, :]
-    return list(zip(places, rests, seconds[:, :, :-1], strict=True))
+    return [(places[way], rests[way], seconds[way, :, :-1]) for way in range(len(how))]
 
 
 def _surge(velocity: Samples, limits: Limits) -> Samples:

@@ -71,10 +71,11 @@ class FlyableRegion:
         """Return whether the straight way from a to b stays inside."""
         return bool(self.polygon.covers(shapely.LineString([a_m, b_m])))
 
-    def next_leg(self, here_m: Floats, there_m: Floats) -> tuple[Floats, bool]:
+    def next_leg(self, here_m: Floats, there_m: Floats, onward_m: Floats | None = None) -> tuple[Floats, bool]:
         """Return the next point of the shortest way from here to there, and whether that is a corner on the way.
 
-        Without any way it is `there_m`, too. From outside the way leads back inside first.
+        Without any way it is `there_m`, too. From outside the way leads back inside first. `onward_m` are the ways from
+        all corners to there, if they are known already.
         """
         if self._convex or not len(self._corners) or self.clear(here_m, there_m):
             return there_m, False
@@ -87,10 +88,14 @@ class FlyableRegion:
             walls = self._edge
         first_m = np.where(self._visible(here_m, walls), np.hypot(*(self._corners - here_m).T), np.inf)
         first_m[first_m < AT_CORNER_M] = np.inf
-        last_m = np.where(self._visible(there_m, self.polygon), np.hypot(*(self._corners - there_m).T), np.inf)
-        total = first_m + (self._between_m + last_m).min(axis=1)
+        total = first_m + (self._onward_m(there_m) if onward_m is None else onward_m)
         best = int(np.argmin(total))
         return (self._corners[best], True) if np.isfinite(total[best]) else (there_m, False)
+
+    def _onward_m(self, there_m: Floats) -> Floats:
+        """Return (c,) lengths of the shortest ways from all corners to there."""
+        last_m = np.where(self._visible(there_m, self.polygon), np.hypot(*(self._corners - there_m).T), np.inf)
+        return np.asarray((self._between_m + last_m).min(axis=1))
 
     def _turning_points(self) -> Floats:
         """Return places to turn at: the corners of the region, kept off its edge as far as its width allows."""
@@ -223,8 +228,10 @@ class FlyableRegion:
 
     def _stepped(self, here: Floats, there: Floats, step_m: float) -> Iterator[Floats]:
         """Yield points of the way from here to there, without its end."""
+        straight = self._convex or not len(self._corners) or self.clear(here, there)
+        onward_m = None if straight else self._onward_m(there)
         for _ in range(len(self._corners) + 1):
-            leg, corner = self.next_leg(here, there)
+            leg, corner = self.next_leg(here, there, onward_m)
             yield from _steps(here, leg, step_m)
             if not corner:
                 return
