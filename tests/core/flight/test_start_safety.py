@@ -165,8 +165,13 @@ def test_hold_before_arming_ended_keeps_it_on_the_ground(rig: MakeRig, step: Arm
 # ---------------------------------------------------------------- switched on where the link is bad
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", [2, 8, 9, 15])
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(2, marks=pytest.mark.long),
+        *(pytest.param(seed, marks=pytest.mark.endurance) for seed in (8, 9, 15)),
+    ],
+)
 def test_half_of_all_frames_lost_at_boot_is_made_up_for(rig: MakeRig, seed: int) -> None:
     chance = random.Random(seed)
     flight = rig(4)

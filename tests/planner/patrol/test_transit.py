@@ -45,7 +45,9 @@ def assert_good(transit: Transit | None, tour: Tour, phase_s: float, region: Fly
     return transit
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize(
+    "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.endurance) for seed in range(4, 16))]
+)
 def test_any_vehicle_gets_onto_any_slot(seed: int) -> None:
     rng, tour, region = np.random.default_rng(seed), oval(), region_of(ZONE)
     place, heading = rng.uniform((60.0, 60.0), (540.0, 340.0)), rng.uniform(0.0, 2.0 * np.pi)

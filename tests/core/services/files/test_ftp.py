@@ -41,7 +41,7 @@ def test_a_file_is_read_in_one_burst_after_a_reset(tmp_path: Path, autopilot: in
 
 
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.endurance) for seed in range(1, 6))])
 def test_lost_doubled_and_swapped_packets_change_nothing(tmp_path: Path, autopilot: int, seed: int) -> None:
     rig, _ = make(tmp_path, autopilot, loss=0.2, duplicate=0.1, reorder=0.1, seed=seed, same_block=True)
     job = rig.station.services.ftp.read(1, "/f")

@@ -66,7 +66,7 @@ def test_a_log_is_downloaded_in_windows(tmp_path: Path, autopilot: int) -> None:
     assert sorted(p.name for p in (tmp_path / "state/logs/vehicle-1").iterdir()) == [job.path.rsplit("/", 1)[1]]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.endurance) for seed in range(1, 4))])
 def test_what_is_lost_is_asked_for_again(tmp_path: Path, seed: int) -> None:
     rig, _, logs = make(tmp_path, loss=0.15, duplicate=0.05, reorder=0.1, seed=seed)
     job = logs.download(1, LogEntry(2, 0, 0))

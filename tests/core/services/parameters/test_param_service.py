@@ -83,7 +83,7 @@ def test_without_files_they_are_listed(tmp_path: Path, autopilot: int) -> None:
 
 
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.endurance) for seed in range(1, 4))])
 def test_what_is_lost_of_a_list_is_asked_for_again(tmp_path: Path, autopilot: int, seed: int) -> None:
     rig, server = make(tmp_path, autopilot, loss=0.3, duplicate=0.1, reorder=0.2, seed=seed)
     job = rig.station.services.params.fetch_all(1)

@@ -95,7 +95,7 @@ def test_px4s_gyro_goes_by_its_texts(tmp_path: Path) -> None:
     assert job.state is JobState.DONE and peer.begun == 1 and peer.storms == 0
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.endurance) for seed in range(1, 6))])
 def test_px4_is_never_asked_twice_during_one(tmp_path: Path, seed: int) -> None:
     """A second 241 causes a storm of refusals; if the last text is lost, that is reported."""
     peer = Talker(GYRO)
@@ -161,7 +161,7 @@ def test_px4s_cancel_is_confirmed_by_its_text(tmp_path: Path) -> None:
     assert not any(cancel[f"param{i}"] for i in range(1, 8))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.endurance) for seed in range(1, 4))])
 def test_a_cancel_gets_through(tmp_path: Path, seed: int) -> None:
     peer = Talker(MAG)
     rig = make(tmp_path, peer)

@@ -148,7 +148,7 @@ def test_px4s_motor_as_an_actuator(tmp_path: Path) -> None:
     assert order["param1"] == pytest.approx(0.2) and order["param2"] == 1.0
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.endurance) for seed in range(1, 5))])
 def test_a_motor_never_turns_twice(tmp_path: Path, seed: int) -> None:
     peer = Motors()
     rig, motors = make(tmp_path, peer, loss=0.4, seed=seed)
