@@ -77,9 +77,13 @@ class MissionMode(MissionFlight):
         self._tasks.start("mission item reached", self._repeated(seq), self._clock.now_us)
 
     def _repeated(self, seq: int) -> Task:
-        """Send MISSION_ITEM_REACHED, and again until another item is completed (mavlink_mission.cpp, `send`)."""
+        """Send MISSION_ITEM_REACHED, and again until another item is completed or the mission is another one.
+
+        Source: mavlink_mission.cpp, `send`.
+        """
+        mission = self._plans.ids[MISSION]
         for _ in range(1 + REPEATS):
-            if not self._plans.mission:
+            if self._plans.ids[MISSION] != mission:
                 return
             self._outbox.send("MISSION_ITEM_REACHED", seq=seq)
             yield REPEAT_US

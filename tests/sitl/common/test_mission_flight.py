@@ -178,6 +178,19 @@ def test_px4_reports_every_completed_item_commands_too_and_ten_times_more(px4):
     assert ground.of("MISSION_CURRENT")[-1]["mission_state"] == 5
 
 
+def test_px4_repeats_nothing_of_a_mission_that_was_replaced(px4):
+    """It would be taken for progress of the new one."""
+    ground = px4()
+    assert ground.upload(MISSION, [ground.item(TAKEOFF, z=8.0), ground.item(WAYPOINT, 10.0, 0.0, 8.0)]) == 0
+    assert ground.command(300) == 0
+    while 1 not in reached(ground):
+        ground.beat(1.0)
+    assert ground.upload(MISSION, [ground.item(WAYPOINT, 0.0, 20.0, 9.0), ground.item(LOITER, 5.0, 0.0, 8.0)]) == 0
+    before = len(reached(ground))
+    ground.beat(15.0)
+    assert len(reached(ground)) == before
+
+
 def test_px4_never_completes_an_item_to_loiter_without_an_end(px4):
     ground = px4()
     items = [ground.item(TAKEOFF, z=8.0), ground.item(LOITER, 10.0, 0.0, 8.0)]
