@@ -4,7 +4,7 @@ from sitl.ardupilot.auto_mode import ARM_IN_AUTO
 from sitl.ardupilot.modes import AUTO, LANDING_MODES, MODE_NAMES, NEED_POSITION, NOT_ARMABLE
 from sitl.ardupilot.parts import CopterParts
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Phase, Severity, Stage
+from sitl.common.states import MavSeverity, Phase, Stage
 
 MIN_ANGLE_CD, MAX_ANGLE_CD = 1000, 8000
 CHECK_GAP_US = 1_000_000
@@ -71,7 +71,7 @@ class Arming(Part):
     def report_problems(self) -> None:
         """Send one text for each failing check."""
         for problem in self.problems():
-            self._outbox.text(Severity.CRITICAL, f"PreArm: {problem}")
+            self._outbox.text(MavSeverity.CRITICAL, f"PreArm: {problem}")
 
     def refusals(self) -> list[str]:
         """Return why the vehicle cannot be armed now."""
@@ -88,7 +88,7 @@ class Arming(Part):
         # Home moves with every arming, and with it the zero of relative altitude.
         state.set_home()
         self._plans.flying = state.mode == AUTO
-        self._outbox.text(Severity.INFO, "Arming motors")
+        self._outbox.text(MavSeverity.INFO, "Arming motors")
 
     def disarm(self) -> None:
         """Stop the motors; a vehicle in the air falls."""
@@ -99,7 +99,7 @@ class Arming(Part):
         if state.mode == AUTO:
             self._auto.leave()
             self._plans.seq = 0
-        self._outbox.text(Severity.INFO, "Disarming motors")
+        self._outbox.text(MavSeverity.INFO, "Disarming motors")
 
     def stand(self) -> None:
         """Do one tick of an armed vehicle on the ground: it disarms after a while, sooner after a landing."""

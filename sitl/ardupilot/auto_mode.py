@@ -6,7 +6,7 @@ from sitl.common import missions
 from sitl.common.mission_flight import MissionFlight
 from sitl.common.missions import Item
 from sitl.common.platform import Platform
-from sitl.common.states import Phase, Severity
+from sitl.common.states import MavSeverity, Phase
 from sitl.physics.point_masses import Point
 
 HOME = 0
@@ -80,10 +80,10 @@ class AutoMode(MissionFlight):
         if not (self.running and plans.flying):
             return
         if plans.seq < len(plans.mission):
-            self._outbox.text(Severity.CRITICAL, "Auto mission changed, restarted command")
+            self._outbox.text(MavSeverity.CRITICAL, "Auto mission changed, restarted command")
             self.jump(plans.seq)
         else:
-            self._outbox.text(Severity.CRITICAL, "Auto mission changed but failed to restart command")
+            self._outbox.text(MavSeverity.CRITICAL, "Auto mission changed but failed to restart command")
 
     def choose(self, seq: int, *, restart: bool) -> bool:
         """Continue with item `seq`, where 0 stands for the first; False if there is no such item."""
@@ -140,10 +140,12 @@ class AutoMode(MissionFlight):
 
     def begun(self, item: Item) -> None:
         """Report that an item that moves the vehicle has begun."""
-        self._outbox.text(Severity.INFO, f"Mission: {self._plans.seq} {_NAMES.get(item.command, f'ID={item.command}')}")
+        self._outbox.text(
+            MavSeverity.INFO, f"Mission: {self._plans.seq} {_NAMES.get(item.command, f'ID={item.command}')}"
+        )
 
     def reached(self, *, last: bool) -> None:
         """Report that the place of the current item was reached; only items with a delay and the last have a text."""
         super().reached(last=last)
         if last:
-            self._outbox.text(Severity.INFO, f"Reached command #{self._plans.seq}")
+            self._outbox.text(MavSeverity.INFO, f"Reached command #{self._plans.seq}")

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from sitl.common.command import Command
 from sitl.common.outbox import Fields
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Result, Severity
+from sitl.common.states import MavSeverity, Result
 from sitl.common.tasks import Task
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 from sitl.services.motor_test import MotorTest
 
 MOTOR_TEST, PREFLIGHT_CALIBRATION, PREFLIGHT_STORAGE = 209, 241, 245
@@ -118,7 +118,7 @@ class CopterCalibration(Part):
         # Every dialogue needs a disarmed vehicle, and compassmot counts as armed.
         if self._state.armed or self._compassmot:
             self._outbox.answer(command, Result.FAILED)
-            self._outbox.text(Severity.NOTICE, "Disarm to allow calibration")
+            self._outbox.text(MavSeverity.NOTICE, "Disarm to allow calibration")
         elif p[4] == 1:
             self._report_initialising()
             self._answer_later(command, GYRO_US)
@@ -140,8 +140,8 @@ class CopterCalibration(Part):
             self._answer_later(command, GYRO_US)
         elif p[2] == 1:
             self._outbox.answer(command, Result.IN_PROGRESS)
-            self._outbox.text(Severity.INFO, "Updating barometer calibration")
-            self._outbox.text(Severity.INFO, "Barometer calibration complete")
+            self._outbox.text(MavSeverity.INFO, "Updating barometer calibration")
+            self._outbox.text(MavSeverity.INFO, "Barometer calibration complete")
             self._answer_later(command, BARO_US)
         elif p[5] == 1:
             self._start_compassmot()
@@ -154,14 +154,14 @@ class CopterCalibration(Part):
         def act() -> None:
             self._outbox.answer(command, Result.ACCEPTED)
             for text in texts:
-                self._outbox.text(Severity.INFO, text)
+                self._outbox.text(MavSeverity.INFO, text)
 
         self._tasks.after("calibration", wait_us, act, self._clock.now_us)
 
     def _report_initialising(self) -> None:
         # Every calibration begins with that of the gyros, which is reported first.
         def report() -> None:
-            self._outbox.text(Severity.INFO, "Initialising ArduPilot")
+            self._outbox.text(MavSeverity.INFO, "Initialising ArduPilot")
 
         self._tasks.after("initialising", INITIALISING_US, report, self._clock.now_us)
 
@@ -173,7 +173,7 @@ class CopterCalibration(Part):
     def _begin_poses(self) -> None:
         if self._pose == 0 or self._pose > POSES:
             self._pose = 1
-            self._outbox.text(Severity.CRITICAL, "Place vehicle level and press any key.")
+            self._outbox.text(MavSeverity.CRITICAL, "Place vehicle level and press any key.")
         self._tasks.start(_ACCEL, self._ask_for_pose(), self._clock.now_us)
 
     def _ask_for_pose(self) -> Task:
@@ -206,11 +206,11 @@ class CopterCalibration(Part):
         self._pose = outcome
         self._accels_us = self._clock.now_us
         if outcome == SUCCESS:
-            self._outbox.text(Severity.INFO, "Trim OK: roll=-0.00 pitch=-0.00 yaw=0.00")
-            self._outbox.text(Severity.CRITICAL, "Calibration successful")
+            self._outbox.text(MavSeverity.INFO, "Trim OK: roll=-0.00 pitch=-0.00 yaw=0.00")
+            self._outbox.text(MavSeverity.CRITICAL, "Calibration successful")
             self._problems.add(REBOOT_ACCELS)
         else:
-            self._outbox.text(Severity.CRITICAL, "Calibration FAILED")
+            self._outbox.text(MavSeverity.CRITICAL, "Calibration FAILED")
             self._problems.add("3D Accel calibration needed")
         self._tasks.start(_ACCEL, self._ask_for_pose(), self._clock.now_us)
 
@@ -219,7 +219,7 @@ class CopterCalibration(Part):
         now_us = self._clock.now_us
         if self._state.armed or self._compassmot:
             self._outbox.answer(command, Result.FAILED)
-            self._outbox.text(Severity.NOTICE, "Disarm to allow compass calibration")
+            self._outbox.text(MavSeverity.NOTICE, "Disarm to allow compass calibration")
             return
         self._outbox.answer(command, Result.ACCEPTED)
         # A second start during a calibration is acknowledged, and changes nothing.
@@ -235,7 +235,7 @@ class CopterCalibration(Part):
 
     def _compasses_done(self) -> None:
         for compass in self._compasses:
-            self._outbox.text(Severity.INFO, f"Mag({compass.number}) good orientation: 0 1.2")
+            self._outbox.text(MavSeverity.INFO, f"Mag({compass.number}) good orientation: 0 1.2")
 
     def _end_compasses(self, command: Command) -> None:
         """Accept or cancel a compass calibration; neither is reported by a text."""
@@ -299,23 +299,23 @@ class CopterCalibration(Part):
         # Measured: its acknowledgements are addressed to system 0, and only a COMMAND_ACK of a station ends it.
         self._compassmot = True
         self._outbox.send("COMMAND_ACK", command=PREFLIGHT_CALIBRATION, result=int(Result.ACCEPTED))
-        self._outbox.text(Severity.INFO, "Starting calibration")
-        self._outbox.text(Severity.INFO, "Current")
+        self._outbox.text(MavSeverity.INFO, "Starting calibration")
+        self._outbox.text(MavSeverity.INFO, "Current")
         self._tasks.start(_COMPASSMOT, self._turn_motors(), self._clock.now_us)
 
     def _turn_motors(self) -> Task:
         while True:
             yield COMPASSMOT_US
-            self._outbox.text(Severity.INFO, "Initialising ArduPilot")
+            self._outbox.text(MavSeverity.INFO, "Initialising ArduPilot")
 
-    def hear_ack(self, frame: Received) -> None:
+    def hear_ack(self, frame: ReceivedFrame) -> None:
         """Take a COMMAND_ACK of a station: it ends compassmot."""
         if self._compassmot:
             self._compassmot = False
             self._tasks.stop(_COMPASSMOT)
             result = int(Result.ACCEPTED)
             self._outbox.reply(frame, "COMMAND_ACK", command=PREFLIGHT_CALIBRATION, result=result)
-            self._outbox.text(Severity.NOTICE, "Failed")
+            self._outbox.text(MavSeverity.NOTICE, "Failed")
 
     def _test_motor(self, command: Command) -> None:
         """Turn one motor for some seconds; heartbeats have the armed bit meanwhile."""

@@ -15,7 +15,7 @@ from sitl.ardupilot.parts import CopterParts
 from sitl.ardupilot.telemetry import CopterTelemetry
 from sitl.common.command import Command
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Result, Severity, Stage
+from sitl.common.states import MavSeverity, Result, Stage
 from sitl.common.streams import MIN_INTERVAL_MS, OFF
 
 FORCE = 21196
@@ -123,7 +123,7 @@ class CopterCommands(Part):
         # Forced arming skips all checks, but not before the boot is over.
         problems = [] if forced and self._state.stage >= Stage.READY else self._arming.refusals()
         for problem in problems:
-            self._outbox.text(Severity.CRITICAL, f"Arm: {problem}")
+            self._outbox.text(MavSeverity.CRITICAL, f"Arm: {problem}")
         if problems:
             return Result.FAILED
         self._arming.arm()
@@ -210,7 +210,7 @@ class CopterCommands(Part):
 
     def _land_start(self, _: Command) -> Result:
         # A mission with DO_LAND_START is not simulated, so there is never a landing sequence.
-        self._outbox.text(Severity.WARNING, "Unable to start landing sequence")
+        self._outbox.text(MavSeverity.WARNING, "Unable to start landing sequence")
         return _result(self._modes.set_mode(AUTO_RTL))
 
     def _fence_enable(self, command: Command) -> Result:

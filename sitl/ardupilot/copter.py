@@ -15,9 +15,9 @@ from sitl.ardupilot.modes import STABILIZE
 from sitl.ardupilot.parts import CopterParts
 from sitl.ardupilot.telemetry import CopterTelemetry
 from sitl.common.autopilot import Autopilot, BootStep, Handler, ignore, stick_fields
-from sitl.common.states import Phase, Severity, Stage
+from sitl.common.states import MavSeverity, Phase, Stage
 from sitl.common.streams import Streams
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 from sitl.services.log_protocol import ArduPilotLogServer
 from sitl.services.parameter_protocol import ArduPilotParameterServer
 from sitl.services.shell import ArduPilotSerialPorts
@@ -121,7 +121,7 @@ class ArduCopter(Autopilot):
             **missions.handlers(),
         }
 
-    def _send_version(self, _: Received) -> None:
+    def _send_version(self, _: ReceivedFrame) -> None:
         """Answer the old request, which DroneKit sends."""
         self.telemetry.report("AUTOPILOT_VERSION")
 
@@ -134,13 +134,13 @@ class ArduCopter(Autopilot):
             # A mode set earlier was acknowledged, and is lost.
             platform.state.mode = STABILIZE
         elif stage == Stage.HOME_SET:
-            platform.outbox.text(Severity.INFO, f"Field Elevation Set: {platform.spec.ground_amsl_m:.0f}m")
+            platform.outbox.text(MavSeverity.INFO, f"Field Elevation Set: {platform.spec.ground_amsl_m:.0f}m")
             platform.state.set_home()
 
     def banner(self) -> None:
         """Send the three texts that come at boot and with a parameter list."""
         for text in ("ArduCopter V4.7.0-dev (cef8bcef)", self.platform.identity.uid, "Frame: QUAD/PLUS"):
-            self.platform.outbox.text(Severity.INFO, text)
+            self.platform.outbox.text(MavSeverity.INFO, text)
 
     def fly(self) -> None:
         """Do one tick of an armed vehicle."""
@@ -177,23 +177,23 @@ class ArduCopter(Autopilot):
         # Heartbeats and joysticks of other system ids do not count: they cannot hide the loss of this station.
         return system in (int(self.platform.params["MAV_GCS_SYSID"]), SIM_STATION_SYSID)
 
-    def _hear_gcs(self, frame: Received) -> None:
+    def _hear_gcs(self, frame: ReceivedFrame) -> None:
         # ArduPilot looks at the system id of a heartbeat only, not at its MAV_TYPE.
         if self._is_own_station(frame.system):
             self.failsafes.hear_gcs()
 
-    def _hear_sticks(self, frame: Received) -> None:
+    def _hear_sticks(self, frame: ReceivedFrame) -> None:
         """Take a MANUAL_CONTROL of the vehicle's own station; it counts as a heartbeat."""
         if frame.fields["target"] != self.platform.spec.system_id or not self._is_own_station(frame.system):
             return
         self.failsafes.hear_gcs()
         self._parts.joystick.hear(stick_fields(frame.fields))
 
-    def _set_current_item(self, frame: Received) -> None:
+    def _set_current_item(self, frame: ReceivedFrame) -> None:
         # MISSION_SET_CURRENT with a number beyond the end is not answered.
         self._parts.auto.choose(frame.fields["seq"], restart=False)
 
-    def _set_mode(self, frame: Received) -> None:
+    def _set_mode(self, frame: ReceivedFrame) -> None:
         # SET_MODE (11) is obeyed and never acknowledged.
         if frame.fields["base_mode"] & CUSTOM_MODE_ENABLED:
             self.modes.set_mode(frame.fields["custom_mode"] & 0xFF)

@@ -11,7 +11,7 @@ from sitl.ardupilot.modes import LAND, NEED_POSITION, RTL
 from sitl.ardupilot.parts import CopterParts
 from sitl.ardupilot.position_estimate import BACK_US, CLEARED_US, KEPT_US, STOPPED_AIDING_US
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Phase, Severity
+from sitl.common.states import MavSeverity, Phase
 
 LAND_PAUSE_US = 4_500_000
 """Time between an EKF failsafe and the descent."""
@@ -51,11 +51,11 @@ class CopterFailsafes(Part):
         if "gcs" in self._state.failsafes:
             self._state.failsafes.discard("gcs")
             # The mode stays RTL: the operator has to take the vehicle back.
-            self._outbox.text(Severity.WARNING, "GCS Failsafe Cleared")
+            self._outbox.text(MavSeverity.WARNING, "GCS Failsafe Cleared")
 
     def act(self, text: str, mode: int | None) -> None:
         """Report a failsafe; on the ground stop the motors, in the air change to `mode`. None only reports."""
-        self._outbox.text(Severity.WARNING, text)
+        self._outbox.text(MavSeverity.WARNING, text)
         if mode is None or not self._state.armed:
             return
         # On the ground a failsafe disarms instead of changing the mode.
@@ -75,7 +75,7 @@ class CopterFailsafes(Part):
             return
         volts, used_mah = battery.voltage_v, battery.consumed_mah
         self._outbox.text(
-            Severity.WARNING, f"Battery 1 is {_LEVEL_NAMES[level - 1]} {volts:.2f}V used {used_mah:.0f} mAh"
+            MavSeverity.WARNING, f"Battery 1 is {_LEVEL_NAMES[level - 1]} {volts:.2f}V used {used_mah:.0f} mAh"
         )
         action = int(self._params["BATT_FS_LOW_ACT" if level == LOW else "BATT_FS_CRT_ACT"])
         if action <= 0:
@@ -92,15 +92,15 @@ class CopterFailsafes(Part):
         if lost_us >= KEPT_US and not position.lost:
             position.lost = True
             state.failsafes.add("ekf")
-            self._outbox.text(Severity.CRITICAL, "EKF variance")
+            self._outbox.text(MavSeverity.CRITICAL, "EKF variance")
             if state.armed and state.mode in NEED_POSITION | {LAND} and not state.landed:
                 self._modes.set_mode(LAND)
                 # LAND does not begin to descend at once: 4.5 s at this height were measured.
                 self._land_later()
-                self._outbox.text(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
+                self._outbox.text(MavSeverity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
         if lost_us >= STOPPED_AIDING_US and not position.aiding_stopped:
             position.aiding_stopped = True
-            self._outbox.text(Severity.WARNING, "EKF3 IMU0 stopped aiding")
+            self._outbox.text(MavSeverity.WARNING, "EKF3 IMU0 stopped aiding")
 
     def _land_later(self) -> None:
         """Stay at this height for LAND_PAUSE_US, then land."""
@@ -124,7 +124,7 @@ class CopterFailsafes(Part):
             self._state.gps_back_us = None
             if "ekf" in self._state.failsafes:
                 self._state.failsafes.discard("ekf")
-                self._outbox.text(Severity.CRITICAL, "EKF Failsafe Cleared")
+                self._outbox.text(MavSeverity.CRITICAL, "EKF Failsafe Cleared")
 
     def _watch_fence(self) -> None:
         fence = self._fence
@@ -134,7 +134,7 @@ class CopterFailsafes(Part):
             fence.breaches += 1
             names = [_FENCE_NAMES[bit] for bit in (ALT_MAX, CIRCLE, POLYGON, ALT_MIN) if broken & bit]
             listed = " and ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)
-            self._outbox.text(Severity.NOTICE, f"{listed} fence{'s' if names[1:] else ''} breached")
+            self._outbox.text(MavSeverity.NOTICE, f"{listed} fence{'s' if names[1:] else ''} breached")
             action = int(self._params["FENCE_ACTION"])
             # FENCE_ACTION 2 always lands; all other actions return here.
             if action == 2:
@@ -142,5 +142,5 @@ class CopterFailsafes(Part):
             elif action > 0:
                 self._modes.set_mode(RTL)
         elif not broken and self._was_breached:
-            self._outbox.text(Severity.NOTICE, "Fence breach cleared")
+            self._outbox.text(MavSeverity.NOTICE, "Fence breach cleared")
         self._was_breached = bool(broken)

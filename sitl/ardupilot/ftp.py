@@ -17,9 +17,9 @@ from sitl.common.logs import Log
 from sitl.common.missions import ITEM_BYTES
 from sitl.common.parameters import ParameterTable, crc32
 from sitl.common.platform import Platform
-from sitl.common.states import Severity
+from sitl.common.states import MavSeverity
 from sitl.common.tasks import Task
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 from sitl.services import ftp
 from sitl.services.ftp import FtpReply, FtpRequest, FtpServer
 
@@ -192,7 +192,7 @@ class ArduPilotFtpServer(FtpServer):
         """When a request was answered last."""
         self._waiting: deque[FtpRequest] = deque(maxlen=MAX_WAITING)
 
-    def _receive(self, frame: Received) -> None:
+    def _receive(self, frame: ReceivedFrame) -> None:
         request = ftp.parse(frame)
         if _BURST in self._tasks:
             # Requests during a burst wait; beyond five they are lost, and stations have to repeat them.
@@ -316,7 +316,7 @@ class ArduPilotFtpServer(FtpServer):
             return request.reply(ftp.ACK)
         known = {ftp.LIST, ftp.OPEN_READ, ftp.CREATE, ftp.OPEN_WRITE, ftp.REMOVE, ftp.CRC32}
         if request.opcode not in known | {ftp.MAKE_DIRECTORY, ftp.REMOVE_DIRECTORY}:
-            self._outbox.text(Severity.DEBUG, f"Unsupported FTP: {request.opcode}")
+            self._outbox.text(MavSeverity.DEBUG, f"Unsupported FTP: {request.opcode}")
             return _nak(request, ftp.FAIL)
         if not path or len(path.encode()) != request.size:
             return _nak(request, ftp.INVALID_SIZE)

@@ -15,7 +15,7 @@ from sitl.common.outbox import Fields
 from sitl.common.parameters import ParameterTable
 from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 from sitl.physics.point_masses import BRAKE_M_S2, Body, Point, approach_speed
 
 FRAMES_AMSL = frozenset({0, 5})
@@ -84,7 +84,7 @@ class GuidedController(Part):
             self.fly(place, None)
         return True
 
-    def take_set_point(self, frame: Received) -> None:
+    def take_set_point(self, frame: ReceivedFrame) -> None:
         """Take a SET_POSITION_TARGET_GLOBAL_INT or …_LOCAL_NED."""
         if frame.name == "SET_POSITION_TARGET_GLOBAL_INT":
             self._take_global(frame.fields)

@@ -13,9 +13,9 @@ from sitl.common import missions
 from sitl.common.autopilot import Handler
 from sitl.common.missions import FENCE, KINDS, MISSION, RALLY, Item, Transfer
 from sitl.common.platform import Platform
-from sitl.common.states import Severity
+from sitl.common.states import MavSeverity
 from sitl.common.tasks import Task
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 from sitl.services.mission_protocol import MissionServer
 
 MAX_ITEMS = {MISSION: 650, FENCE: 70, RALLY: 46}
@@ -45,14 +45,14 @@ class ArduPilotMissions(MissionServer):
         """Return the handlers of this service."""
         return {**super().handlers(), "MISSION_WRITE_PARTIAL_LIST": self._write_partial}
 
-    def _count(self, frame: Received) -> None:
+    def _count(self, frame: ReceivedFrame) -> None:
         """Begin an upload; the old list is cut to the new length at once."""
         number, kind = frame.fields["count"], frame.fields["mission_type"]
         if not self._end_upload(frame, kind):
             return
         if number > MAX_ITEMS[kind]:
             self._acknowledge(frame, missions.NO_SPACE, kind)
-            self._outbox.text(Severity.WARNING, f"Only {MAX_ITEMS[kind]} items are supported")
+            self._outbox.text(MavSeverity.WARNING, f"Only {MAX_ITEMS[kind]} items are supported")
             return
         if kind != FENCE:
             # Nothing is kept for a failed upload: the vehicle then holds the part that was sent, and the old rest is
@@ -61,18 +61,18 @@ class ArduPilotMissions(MissionServer):
             self._note_change(kind)
         self._begin(frame, kind, 0, number, [])
 
-    def _write_partial(self, frame: Received) -> None:
+    def _write_partial(self, frame: ReceivedFrame) -> None:
         """Begin to replace some items."""
         f, kind = frame.fields, frame.fields["mission_type"]
         if not self._may_read(frame):
             return
         if not 0 <= f["start_index"] <= f["end_index"] <= len(self._plans.of(kind)):
-            self._outbox.text(Severity.WARNING, "Flight plan update rejected")
+            self._outbox.text(MavSeverity.WARNING, "Flight plan update rejected")
             self._acknowledge(frame, missions.ERROR, kind)
         else:
             self._begin(frame, kind, f["start_index"], f["end_index"] + 1, list(self._plans.fence))
 
-    def _item(self, frame: Received) -> None:
+    def _item(self, frame: ReceivedFrame) -> None:
         """Take an old MISSION_ITEM with its rough place, and complain."""
         if not all(math.isfinite(frame.fields[name]) for name in ("x", "y")):
             self._acknowledge(frame, missions.INVALID_X, frame.fields["mission_type"])
@@ -80,11 +80,11 @@ class ArduPilotMissions(MissionServer):
         self._complain("got MISSION_ITEM; GCS should send MISSION_ITEM_INT")
         self._take(frame, missions.item_of_floats(frame.fields))
 
-    def _request_list(self, frame: Received) -> None:
+    def _request_list(self, frame: ReceivedFrame) -> None:
         if self._may_read(frame):
             self._send_count(frame, frame.fields["mission_type"])
 
-    def _may_read(self, frame: Received) -> bool:
+    def _may_read(self, frame: ReceivedFrame) -> bool:
         """Return whether a kind of plan can be read or changed in part; False after a refusal."""
         kind = frame.fields["mission_type"]
         if kind not in KINDS:
@@ -100,7 +100,7 @@ class ArduPilotMissions(MissionServer):
             self._complain("got MISSION_REQUEST; use MISSION_REQUEST_INT!")
         return item
 
-    def _clear_all(self, frame: Received) -> None:
+    def _clear_all(self, frame: ReceivedFrame) -> None:
         """Clear one kind of plan, but not the mission that is flown."""
         kind = frame.fields["mission_type"]
         if not self._end_upload(frame, kind):
@@ -110,19 +110,19 @@ class ArduPilotMissions(MissionServer):
             self._acknowledge(frame, missions.ERROR, kind)
             return
         if kind == FENCE:
-            self._outbox.text(Severity.DEBUG, "Fence Indexed OK")
+            self._outbox.text(MavSeverity.DEBUG, "Fence Indexed OK")
         self._replace(kind, [])
         self._acknowledge(frame, missions.ACCEPTED, kind)
 
     def _complain(self, text: str) -> None:
         if text not in self._complaints:
             self._complaints.add(text)
-            self._outbox.text(Severity.WARNING, text)
+            self._outbox.text(MavSeverity.WARNING, text)
 
-    def _send_count(self, frame: Received, kind: int) -> None:
+    def _send_count(self, frame: ReceivedFrame, kind: int) -> None:
         self._outbox.reply(frame, "MISSION_COUNT", count=len(self._plans.of(kind)), mission_type=kind)
 
-    def _requested_item(self, frame: Received) -> Item | None:
+    def _requested_item(self, frame: ReceivedFrame) -> Item | None:
         """Return the item that is requested; None after a refusal."""
         kind: int = frame.fields["mission_type"]
         seq: int = frame.fields["seq"]
@@ -140,7 +140,7 @@ class ArduPilotMissions(MissionServer):
         self._acknowledge(frame, missions.INVALID_SEQUENCE if beyond else missions.ERROR, kind)
         return None
 
-    def _end_upload(self, frame: Received, kind: int) -> bool:
+    def _end_upload(self, frame: ReceivedFrame, kind: int) -> bool:
         """End the upload of a kind of plan; False (and a refusal) if there is none such, or another station uploads."""
         if kind not in KINDS:
             self._acknowledge(frame, missions.UNSUPPORTED, kind)
@@ -156,7 +156,7 @@ class ArduPilotMissions(MissionServer):
         self._uploads.pop(kind, None)
         self._tasks.stop(f"{_UPLOAD} {kind}")
 
-    def _begin(self, frame: Received, kind: int, start: int, end: int, fence: list[Item]) -> None:
+    def _begin(self, frame: ReceivedFrame, kind: int, start: int, end: int, fence: list[Item]) -> None:
         """Request items `start` to `end` - 1. A fence is collected, beginning with `fence`, and judged as a whole."""
         now_us = self._clock.now_us
         upload = Transfer(kind, frame.system, frame.component, start, end, now_us, items=fence)
@@ -175,10 +175,10 @@ class ArduPilotMissions(MissionServer):
             if self._clock.now_us - upload.last_heard_us >= GIVE_UP_US:
                 break
         self._uploads.pop(upload.kind, None)
-        self._outbox.text(Severity.WARNING, f"{_NAMES[upload.kind]} upload timeout")
+        self._outbox.text(MavSeverity.WARNING, f"{_NAMES[upload.kind]} upload timeout")
         self._outbox.reply(upload, "MISSION_ACK", type=missions.CANCELLED, mission_type=upload.kind)
 
-    def _take(self, frame: Received, new: Item) -> None:
+    def _take(self, frame: ReceivedFrame, new: Item) -> None:
         kind = frame.fields["mission_type"]
         # DroneKit's simple_goto. It needs no upload (GCS_Common.cpp, handle_mission_item).
         if kind == MISSION and frame.fields["current"] == GUIDED_ITEM:
@@ -223,10 +223,10 @@ class ArduPilotMissions(MissionServer):
             self._note_change(upload.kind)
         return missions.ACCEPTED
 
-    def _complete(self, frame: Received, upload: Transfer) -> None:
+    def _complete(self, frame: ReceivedFrame, upload: Transfer) -> None:
         result = missions.ACCEPTED
         if upload.kind == MISSION:
-            self._outbox.text(Severity.INFO, "Flight plan received")
+            self._outbox.text(MavSeverity.INFO, "Flight plan received")
         elif upload.kind == FENCE:
             result = missions.ACCEPTED if self._write_fence(upload.items) else missions.ERROR
         self._acknowledge(frame, result, upload.kind)
@@ -236,10 +236,10 @@ class ArduPilotMissions(MissionServer):
         """Judge a fence as a whole and store it; False (and texts) keeps the old one."""
         problem = fence_problem(items)
         if problem:
-            self._outbox.text(Severity.INFO if problem == INCOMPLETE else Severity.WARNING, problem)
-            self._outbox.text(Severity.WARNING, "Fence validation failed")
+            self._outbox.text(MavSeverity.INFO if problem == INCOMPLETE else MavSeverity.WARNING, problem)
+            self._outbox.text(MavSeverity.WARNING, "Fence validation failed")
             return False
-        self._outbox.text(Severity.DEBUG, "Fence Indexed OK")
+        self._outbox.text(MavSeverity.DEBUG, "Fence Indexed OK")
         self._replace(FENCE, items)
         return True
 

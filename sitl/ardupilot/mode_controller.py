@@ -19,7 +19,7 @@ from sitl.ardupilot.modes import (
 )
 from sitl.ardupilot.parts import CopterParts
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Phase, Severity, Stage
+from sitl.common.states import MavSeverity, Phase, Stage
 
 
 class ModeController(Part):
@@ -35,7 +35,7 @@ class ModeController(Part):
         state = self._state
         name = MODE_NAMES.get(mode)
         if name is None:
-            self._outbox.text(Severity.WARNING, f"No such mode {mode}")
+            self._outbox.text(MavSeverity.WARNING, f"No such mode {mode}")
             return False
         # The mode in force is accepted again, without beginning it anew.
         if mode == state.mode:
@@ -45,7 +45,7 @@ class ModeController(Part):
         if state.armed:
             reason = self._refusal(mode)
             if reason:
-                self._outbox.text(Severity.WARNING, f"Mode change to {name} failed: {reason}")
+                self._outbox.text(MavSeverity.WARNING, f"Mode change to {name} failed: {reason}")
                 return False
         if state.mode == AUTO:
             self._auto.leave()

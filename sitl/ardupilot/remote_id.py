@@ -9,8 +9,8 @@ transmitters does.
 from sitl.common.autopilot import Handler
 from sitl.common.outbox import Fields
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Severity
-from sitl.links.wire import Received
+from sitl.common.states import MavSeverity
+from sitl.links.wire import ReceivedFrame
 
 OLD_US = 3_000_000
 """A SYSTEM older than this does not permit arming."""
@@ -39,7 +39,7 @@ class RemoteId(Part):
         names = ("OPEN_DRONE_ID_BASIC_ID", "OPEN_DRONE_ID_SYSTEM", "OPEN_DRONE_ID_SYSTEM_UPDATE")
         return dict.fromkeys(names, self._hear)
 
-    def _hear(self, frame: Received) -> None:
+    def _hear(self, frame: ReceivedFrame) -> None:
         if not self._on:
             return
         if frame.name == "OPEN_DRONE_ID_BASIC_ID":
@@ -57,7 +57,7 @@ class RemoteId(Part):
         silent_since_us = self._clock.power_on_us if self._system_us is None else self._system_us
         if min(now_us - silent_since_us, now_us - self._complained_us) > LOST_US:
             self._complained_us = now_us
-            self._outbox.text(Severity.WARNING, "ODID: lost operator location")
+            self._outbox.text(MavSeverity.WARNING, "ODID: lost operator location")
         if self._has_transmitter and now_us >= self._status_us:
             self._status_us = now_us + ARM_STATUS_US
             self._streams.send_once("OPEN_DRONE_ID_ARM_STATUS")

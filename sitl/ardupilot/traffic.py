@@ -2,7 +2,7 @@
 
 from sitl.common.outbox import Fields
 from sitl.common.platform import Part, Platform
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 
 FORGET_US = 5_000_000
 MAX_AIRCRAFT = 25
@@ -16,7 +16,7 @@ class Traffic(Part):
         self._aircraft: dict[int, tuple[int, Fields]] = {}
         """When each was heard last, and its message; the next to be repeated comes first."""
 
-    def hear(self, frame: Received) -> None:
+    def hear(self, frame: ReceivedFrame) -> None:
         """Keep an aircraft, if ADSB_TYPE is set (by default it is not)."""
         if self._params["ADSB_TYPE"] <= 0:
             return

@@ -19,16 +19,16 @@ from sitl.common.missions import FENCE, MISSION, Plans
 from sitl.common.outbox import Fields, Outbox, VehicleClock
 from sitl.common.parameters import ParameterTable
 from sitl.common.platform import Identity, Platform
-from sitl.common.states import Severity, Stage
+from sitl.common.states import MavSeverity, Stage
 from sitl.common.streams import Streams
 from sitl.common.tasks import Tasks
 from sitl.common.telemetry import Telemetry
 from sitl.common.vehicle_spec import VehicleSpec
 from sitl.links.signing import Signer
-from sitl.links.wire import Received, cut
+from sitl.links.wire import ReceivedFrame, cut
 from sitl.physics.point_masses import Body, PointMasses
 
-Handler = Callable[[Received], None]
+Handler = Callable[[ReceivedFrame], None]
 """What is called with a received message."""
 
 
@@ -169,7 +169,7 @@ class Autopilot(ABC):
             at_us, state.stage, texts = self._boot_steps.pop(0)
             self.reached(state.stage, at_us)
             for text in texts:
-                platform.outbox.text(Severity.INFO, text)
+                platform.outbox.text(MavSeverity.INFO, text)
             if state.stage == Stage.READY:
                 self.banner()
 
@@ -203,29 +203,29 @@ class Autopilot(ABC):
             "SETUP_SIGNING": self._setup_signing,
         }
 
-    def _request_data_stream(self, frame: Received) -> None:
+    def _request_data_stream(self, frame: ReceivedFrame) -> None:
         f, platform = frame.fields, self.platform
         rate_hz = f["req_message_rate"] if f["start_stop"] else 0
         platform.streams.ask_stream(f["req_stream_id"], rate_hz, platform.clock.now_us)
 
-    def _timesync(self, frame: Received) -> None:
+    def _timesync(self, frame: ReceivedFrame) -> None:
         if frame.fields["tc1"] == 0:
             ours_ns = self.platform.clock.since_power_on_us * 1000
             self.platform.outbox.send("TIMESYNC", tc1=ours_ns, ts1=frame.fields["ts1"])
 
-    def _setup_signing(self, frame: Received) -> None:
+    def _setup_signing(self, frame: ReceivedFrame) -> None:
         """Take a signing key. It is never acknowledged: the frames sent from now on show it."""
         outbox = self.platform.outbox
         if outbox.signer.px4:
             # PX4 takes keys over USB only (docs/autopilots.md "Signing of PX4").
             return
         if self.platform.state.armed:
-            outbox.text(Severity.WARNING, "ERROR: Won't setup signing when armed")
+            outbox.text(MavSeverity.WARNING, "ERROR: Won't setup signing when armed")
             return
         outbox.signer.take(bytes(frame.fields["secret_key"]), frame.fields["initial_timestamp"])
 
 
-def ignore(_: Received) -> None:
+def ignore(_: ReceivedFrame) -> None:
     """Take a message without any effect; its signature counts all the same."""
 
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 
 
 class Command(NamedTuple):
@@ -18,7 +18,7 @@ class Command(NamedTuple):
     component: int
 
 
-def command_of(received: Received) -> Command:
+def command_of(received: ReceivedFrame) -> Command:
     """Return the command in a COMMAND_LONG or COMMAND_INT."""
     f = received.fields
     if received.name == "COMMAND_INT":

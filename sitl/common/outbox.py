@@ -3,7 +3,7 @@
 from typing import Any, Protocol
 
 from sitl.common.command import Command
-from sitl.common.states import Severity
+from sitl.common.states import MavSeverity
 from sitl.links.signing import Signer
 from sitl.links.wire import Encoder
 
@@ -113,7 +113,7 @@ class Outbox:
         """Queue the COMMAND_ACK of a command."""
         self.reply(command, "COMMAND_ACK", command=command.number, result=int(result))
 
-    def text(self, severity: Severity, text: str) -> None:
+    def text(self, severity: MavSeverity, text: str) -> None:
         """Queue a STATUSTEXT; a long text goes in chunks of one id."""
         raw = text.encode("ascii")
         if len(raw) <= CHUNK_BYTES:
@@ -122,7 +122,7 @@ class Outbox:
         self._text_id = self._text_id % 0xFFFF + 1
         self.send_chunks(severity, raw, self._text_id)
 
-    def send_chunks(self, severity: Severity, raw: bytes, text_id: int) -> None:
+    def send_chunks(self, severity: MavSeverity, raw: bytes, text_id: int) -> None:
         """Queue a text as STATUSTEXTs of one id."""
         for number, start in enumerate(range(0, len(raw), CHUNK_BYTES)):
             chunk = raw[start : start + CHUNK_BYTES]

@@ -14,7 +14,7 @@ class Result(IntEnum):
     IN_PROGRESS = 5
 
 
-class Severity(IntEnum):
+class MavSeverity(IntEnum):
     """MAV_SEVERITY of a STATUSTEXT, as far as the simulator uses it."""
 
     EMERGENCY = 0

@@ -71,7 +71,7 @@ By default they are TCP servers on all interfaces, at port numbers that two flee
 
 
 @dataclass(frozen=True)
-class Place:
+class StartPlace:
     """A vehicle's id and start place."""
 
     system_id: int
@@ -106,7 +106,7 @@ def find(autopilot: str, named: str | None, path: str | None = None) -> Path:
     raise LaunchError(f"{autopilot} is not on PATH: {BUILD[autopilot]}, or name the program by --binary PATH")
 
 
-def arducopter(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
+def arducopter(place: StartPlace, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
     """Return command line and further environment of one ArduCopter."""
     parameters = options.parameters
     if parameters is None:
@@ -122,7 +122,7 @@ def arducopter(place: Place, options: Options, folder: Path) -> tuple[list[str],
     return command, {}
 
 
-def px4(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
+def px4(place: StartPlace, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
     """Return command line and further environment of one PX4; its instance number is its id - 1.
 
     Raises:
@@ -218,7 +218,7 @@ class VehicleProcess:
 class RealFleet:
     """The processes of all vehicles of a run."""
 
-    def __init__(self, autopilot: str, places: Sequence[Place], options: Options, folder: Path) -> None:
+    def __init__(self, autopilot: str, places: Sequence[StartPlace], options: Options, folder: Path) -> None:
         """Start all vehicles. Raises `LaunchError` if one cannot start; then none runs."""
         self.instances: list[VehicleProcess] = []
         bond = ParentBond()
@@ -280,7 +280,7 @@ class FleetWatch(ProgramLoop):
         return 0
 
 
-def read_places(spec: Path) -> list[Place]:
+def read_places(spec: Path) -> list[StartPlace]:
     """Return ids and places of a spec file. Raises `LaunchError` if it has none."""
     try:
         entries = json.loads(spec.read_text(encoding="utf-8"))["vehicles"]
@@ -291,9 +291,9 @@ def read_places(spec: Path) -> list[Place]:
         raise LaunchError(f"{spec}: {error}") from None
 
 
-def _place(entry: dict[str, Any]) -> Place:
+def _place(entry: dict[str, Any]) -> StartPlace:
     lat_deg, lon_deg, amsl_m = (float(entry[key]) for key in ("lat_deg", "lon_deg", "ground_amsl_m"))
-    return Place(int(entry["system_id"]), lat_deg, lon_deg, amsl_m, float(entry.get("heading_deg", 0.0)))
+    return StartPlace(int(entry["system_id"]), lat_deg, lon_deg, amsl_m, float(entry.get("heading_deg", 0.0)))
 
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:

@@ -65,7 +65,7 @@ class Layout:
         return fields
 
 
-class Received(NamedTuple):
+class ReceivedFrame(NamedTuple):
     """One good frame, decoded, and the component that sent it."""
 
     system: int
@@ -104,9 +104,9 @@ class Encoder:
         return body + crc16.mcrf4xx(body[1:] + layout.crc_extra).to_bytes(2, "little")
 
 
-def cut(datagram: bytes) -> list[Received]:
+def cut(datagram: bytes) -> list[ReceivedFrame]:
     """Return all good frames of known messages in one datagram; everything else is skipped byte by byte."""
-    found: list[Received] = []
+    found: list[ReceivedFrame] = []
     at = 0
     while at < len(datagram):
         length = _frame_length(datagram, at)
@@ -133,7 +133,7 @@ def _frame_length(data: bytes, at: int) -> int:
     return 0
 
 
-def _decode(data: bytes, at: int, length: int) -> Received | None:
+def _decode(data: bytes, at: int, length: int) -> ReceivedFrame | None:
     """Return the frame at `at`; None if it is unknown or its checksum is wrong. Signatures are not checked."""
     if data[at] == MAGIC_V2:
         system, component = data[at + 5], data[at + 6]
@@ -149,4 +149,4 @@ def _decode(data: bytes, at: int, length: int) -> Received | None:
     crc = int.from_bytes(data[end : end + 2], "little")
     if crc != crc16.mcrf4xx(data[at + 1 : end] + layout.crc_extra):
         return None
-    return Received(system, component, layout.name, layout.unpack(data[start:end]), data[at : at + length])
+    return ReceivedFrame(system, component, layout.name, layout.unpack(data[start:end]), data[at : at + length])

@@ -58,7 +58,7 @@ WGS84_A_M = 6378137.0
 WGS84_E2 = 6.69437999014e-3
 
 
-class Start(Protocol):
+class VehicleStart(Protocol):
     """The place and kind of one vehicle, as far as physics needs them."""
 
     @property
@@ -105,7 +105,7 @@ def stopping_distance_m(speed_m_s: float, decel_m_s2: float) -> float:
 class Origins:
     """Where the local frames of n vehicles begin, which is where they start: arrays of shape (n,)."""
 
-    def __init__(self, starts: Sequence[Start]) -> None:
+    def __init__(self, starts: Sequence[VehicleStart]) -> None:
         self.lat_deg: Array = np.array([s.lat_deg for s in starts], dtype=np.float64)
         self.lon_deg: Array = np.array([s.lon_deg for s in starts], dtype=np.float64)
         lat_rad = np.deg2rad(self.lat_deg)
@@ -117,7 +117,7 @@ class Origins:
 class PointMasses:
     """State and targets of n vehicles as arrays of shape (n,) or (n, 3). Autopilots write targets through `Body`."""
 
-    def __init__(self, starts: Sequence[Start], weather: WeatherSpec | None = None, seed: int = 0) -> None:
+    def __init__(self, starts: Sequence[VehicleStart], weather: WeatherSpec | None = None, seed: int = 0) -> None:
         n = len(starts)
         self.weather = Weather(weather or WeatherSpec(), n, seed)
         px4 = np.flatnonzero([s.autopilot == "px4" for s in starts])

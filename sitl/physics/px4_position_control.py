@@ -31,7 +31,7 @@ UP_M_S, DOWN_M_S = 3.0, 1.5  # MPC_Z_V_AUTO_UP, _DN
 ACCEL_Z_M_S2 = 3.0
 
 
-class Follow(IntEnum):
+class SetpointKind(IntEnum):
     """How the set-point of a vehicle is meant."""
 
     GOAL = 0
@@ -76,7 +76,7 @@ class Px4Control:
     def steer(
         self,
         k: int,
-        follow: Follow,
+        follow: SetpointKind,
         velocity_m_s: tuple[float, float, float],
         *,
         hold_z: bool,
@@ -101,12 +101,12 @@ class Px4Control:
         return out
 
     def _horizontal(self, dt: float, position: Array, velocity: Array, wind: Array) -> Array:
-        by_path = (self.follow == Follow.GOAL)[:, None]
+        by_path = (self.follow == SetpointKind.GOAL)[:, None]
         if by_path.any():
             self._advance(dt, position)
         wanted_m = np.where(by_path, self._path_m, self.goal_m[:, :2])
         feed = np.where(by_path, self._path_m_s, self.velocity_feed_m_s[:, :2])
-        controlled = (self.follow != Follow.VELOCITY)[:, None]
+        controlled = (self.follow != SetpointKind.VELOCITY)[:, None]
         wanted = no_longer(feed + controlled * POSITION_P_HZ * (wanted_m - position), MAX_SPEED_M_S)
         error = wanted - velocity
         lean = self.accel_feed_m_s2 + VELOCITY_P_HZ * error + self._integral_m_s2

@@ -4,8 +4,8 @@ from collections import deque
 
 from sitl.common.autopilot import Handler
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Severity
-from sitl.links.wire import Received
+from sitl.common.states import MavSeverity
+from sitl.links.wire import ReceivedFrame
 from sitl.px4.events import UNAVAILABLE, EventLog
 
 HEARTBEAT_TIMEOUT_US = 2_500_000
@@ -23,7 +23,7 @@ class Announcer(Part):
     def __init__(self, platform: Platform) -> None:
         super().__init__(platform)
         self.log = EventLog()
-        self._texts: deque[tuple[int, Severity, str]] = deque(maxlen=MAX_TEXTS)
+        self._texts: deque[tuple[int, MavSeverity, str]] = deque(maxlen=MAX_TEXTS)
         self._text_id = 0
 
     def handlers(self) -> dict[str, Handler]:
@@ -45,7 +45,7 @@ class Announcer(Part):
             if self._clock.now_us - at_us <= TEXT_KEPT_US:
                 self._send_text(severity, text)
 
-    def text(self, severity: Severity, text: str) -> None:
+    def text(self, severity: MavSeverity, text: str) -> None:
         """Send a STATUSTEXT, or keep it until a ground station is alive."""
         # Texts go only to a link with a live heartbeat of a station; EVENTs and telemetry are sent regardless
         # (docs/autopilots.md "Wire of PX4").
@@ -54,7 +54,7 @@ class Announcer(Part):
         else:
             self._texts.append((self._clock.now_us, severity, text))
 
-    def _send_text(self, severity: Severity, text: str) -> None:
+    def _send_text(self, severity: MavSeverity, text: str) -> None:
         self._outbox.send_chunks(severity, text.encode("ascii"), self._text_id)
         self._text_id = (self._text_id + 1) & 0xFFFF
 
@@ -64,18 +64,20 @@ class Announcer(Part):
 
     def announce(self, text: str, event: str, *arguments: float, levels: int = LEVELS_INFO) -> None:
         """Send a text and the EVENT with the same content."""
-        self._announce(Severity.INFO, text, event, arguments, levels)
+        self._announce(MavSeverity.INFO, text, event, arguments, levels)
 
     def alert(self, text: str, event: str, *arguments: float, levels: int = LEVELS_CRITICAL) -> None:
         """Send a text of severity CRITICAL, and the EVENT with the same content: a refusal or a failsafe."""
-        self._announce(Severity.CRITICAL, text, event, arguments, levels)
+        self._announce(MavSeverity.CRITICAL, text, event, arguments, levels)
 
-    def _announce(self, severity: Severity, text: str, event: str, arguments: tuple[float, ...], levels: int) -> None:
+    def _announce(
+        self, severity: MavSeverity, text: str, event: str, arguments: tuple[float, ...], levels: int
+    ) -> None:
         # The tab at the end of the text asks stations that understand events not to show the text as well.
         self.text(severity, f"{text}\t")
         self.event(event, *arguments, levels=levels)
 
-    def _resend_events(self, frame: Received) -> None:
+    def _resend_events(self, frame: ReceivedFrame) -> None:
         first, last = frame.fields["first_sequence"], frame.fields["last_sequence"]
         for step in range(min((last - first) & 0xFFFF, 0xFF) + 1):
             sequence = (first + step) & 0xFFFF

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from sitl.common.command import Command
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Result, Severity
+from sitl.common.states import MavSeverity, Result
 from sitl.common.tasks import Task
 from sitl.px4.announcer import Announcer
 from sitl.px4.delayed_answers import DelayedAnswers
@@ -119,7 +119,7 @@ class Px4Calibration(Part):
         }
         self._tasks.start(_CALIBRATION, dialogues[kind](), self._clock.now_us)
 
-    def _report(self, text: str, severity: Severity = Severity.INFO) -> None:
+    def _report(self, text: str, severity: MavSeverity = MavSeverity.INFO) -> None:
         self._announcer.text(severity, f"[cal] {text}")
 
     def _begin(self, kind: str) -> Task:
@@ -208,10 +208,10 @@ class Px4Calibration(Part):
 
     def _airspeed(self) -> Task:
         yield from self._begin("airspeed")
-        self._report("Ensure sensor is not measuring wind", Severity.CRITICAL)
+        self._report("Ensure sensor is not measuring wind", MavSeverity.CRITICAL)
         # There is no sensor.
         yield AIRSPEED_US + AIRSPEED_REPORT_US
-        self._report("calibration failed: airspeed", Severity.CRITICAL)
+        self._report("calibration failed: airspeed", MavSeverity.CRITICAL)
         self._end()
 
     def _cancel(self, command: Command) -> None:
@@ -227,7 +227,7 @@ class Px4Calibration(Part):
         self._tasks.after(_CALIBRATION, CANCEL_US, self._cancelled, self._clock.now_us)
 
     def _cancelled(self) -> None:
-        self._report("calibration cancelled", Severity.CRITICAL)
+        self._report("calibration cancelled", MavSeverity.CRITICAL)
         self._end()
 
     def _refuse(self, command: Command) -> None:

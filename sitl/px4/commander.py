@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Phase, Result, Severity
+from sitl.common.states import MavSeverity, Phase, Result
 from sitl.px4.mission_mode import MissionMode
 from sitl.px4.modes import HOLD, LAND, MISSION, MODES, OFFBOARD, ORBIT, PASSING, RTL, STICKS, TAKEOFF, mode_of
 from sitl.px4.parts import Px4Parts
@@ -52,7 +52,7 @@ class Commander(Part):
         """Change to the mode of a DO_SET_MODE or SET_MODE."""
         mode = mode_of(main, sub)
         if mode is None:
-            self._announcer.text(Severity.CRITICAL, "Unsupported main mode\t")
+            self._announcer.text(MavSeverity.CRITICAL, "Unsupported main mode\t")
             return Result.TEMPORARILY_REJECTED
         return self.set_mode(mode)
 

@@ -4,7 +4,7 @@ See docs/autopilots.md "Sticks and failsafes of PX4".
 """
 
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Severity
+from sitl.common.states import MavSeverity
 from sitl.px4.commander import Commander, Failsafe
 from sitl.px4.modes import HOLD, LAND, OFFBOARD, POSCTL, RTL, STICKS
 from sitl.px4.parts import Px4Parts
@@ -32,9 +32,9 @@ _FENCE_ACTIONS = {2: HOLD, 3: RTL, 5: LAND}
 FENCE_US = 100_000
 """The fence is checked this often."""
 _BATTERY_TEXT = {
-    "low": (Severity.CRITICAL, "Low battery"),
-    "critical": (Severity.CRITICAL, "Critical battery"),
-    "emergency": (Severity.EMERGENCY, "Emergency battery level"),
+    "low": (MavSeverity.CRITICAL, "Low battery"),
+    "critical": (MavSeverity.CRITICAL, "Critical battery"),
+    "emergency": (MavSeverity.EMERGENCY, "Emergency battery level"),
 }
 
 
@@ -138,7 +138,7 @@ class Px4Failsafes(Part):
         action = _FENCE_ACTIONS.get(int(self._params["GF_ACTION"]))
         if "fence" in self._state.failsafes:
             return
-        self._announcer.text(Severity.CRITICAL, "Geofence: approaching or outside geofence\t")
+        self._announcer.text(MavSeverity.CRITICAL, "Geofence: approaching or outside geofence\t")
         if action is None:
             self._state.failsafes.add("fence")
         else:

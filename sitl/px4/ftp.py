@@ -11,7 +11,7 @@ from sitl.common.logs import Log
 from sitl.common.parameters import crc32
 from sitl.common.platform import Platform
 from sitl.common.tasks import Task
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 from sitl.services import ftp
 from sitl.services.ftp import FtpRequest, FtpServer
 
@@ -65,7 +65,7 @@ class Px4FtpServer(FtpServer):
     def _log_path(self, log: Log) -> str:
         return f"log/2026-11-21/{9 + log.number // 60:02d}_{log.number % 60:02d}_10.ulg"
 
-    def _receive(self, frame: Received) -> None:
+    def _receive(self, frame: ReceivedFrame) -> None:
         request = ftp.parse(frame)
         last = self._last
         # PX4 does not compare stations: the request of another one with the right number gets this reply, too.

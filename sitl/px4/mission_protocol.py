@@ -14,7 +14,7 @@ from sitl.common.missions import ALL, FENCE, KINDS, MISSION, RALLY, Item, Transf
 from sitl.common.parameters import crc32
 from sitl.common.platform import Platform
 from sitl.common.tasks import Task
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 from sitl.px4.announcer import Announcer
 from sitl.px4.mission_checks import MissionChecks
 from sitl.px4.mission_items import identity, kept, read_frame
@@ -50,7 +50,7 @@ class Px4Missions(MissionServer):
         own = {"MISSION_ACK": self._acknowledged, "MISSION_SET_CURRENT": self._set_current}
         return {**super().handlers(), **own}
 
-    def _count(self, frame: Received) -> None:
+    def _count(self, frame: ReceivedFrame) -> None:
         """Begin an upload, unless another transfer is under way."""
         kind, number = frame.fields["mission_type"], frame.fields["count"]
         if self._transfer is not None:
@@ -66,7 +66,7 @@ class Px4Missions(MissionServer):
             upload = Transfer(kind, frame.system, frame.component, 0, number, self._clock.now_us)
             self._begin(upload, self._ask(upload), sending=False)
 
-    def _count_when_busy(self, frame: Received, transfer: Transfer) -> None:
+    def _count_when_busy(self, frame: ReceivedFrame, transfer: Transfer) -> None:
         kind = frame.fields["mission_type"]
         if self._sending:
             self._complain("WPM: IGN MISSION_COUNT: Busy", "mavlink_mission_ignore_mis_count")
@@ -79,12 +79,12 @@ class Px4Missions(MissionServer):
             self._complain("WPM: REJ. CMD: Busy", "mavlink_mission_getlist_busy")
         self._acknowledge(frame, missions.ERROR, kind)
 
-    def _item(self, frame: Received) -> None:
+    def _item(self, frame: ReceivedFrame) -> None:
         """Take an old MISSION_ITEM with its rough place."""
         if all(math.isfinite(frame.fields[name]) for name in ("x", "y")):
             self._take(frame, missions.item_of_floats(frame.fields))
 
-    def _request_list(self, frame: Received) -> None:
+    def _request_list(self, frame: ReceivedFrame) -> None:
         """Begin a download, unless another transfer is under way."""
         kind, transfer = frame.fields["mission_type"], self._transfer
         if kind not in KINDS:
@@ -103,7 +103,7 @@ class Px4Missions(MissionServer):
     def _as_read(self, item: Item, *, whole: bool) -> Item:
         return replace(item, frame=read_frame(item, whole=whole))
 
-    def _acknowledged(self, frame: Received) -> None:
+    def _acknowledged(self, frame: ReceivedFrame) -> None:
         """End a download by MISSION_ACK; an upload is ended only by CANCELLED."""
         transfer = self._transfer
         if transfer is None or not transfer.is_with(frame.system, frame.component):
@@ -112,7 +112,7 @@ class Px4Missions(MissionServer):
         if sent or (not self._sending and frame.fields["type"] == missions.CANCELLED):
             self._end()
 
-    def _clear_all(self, frame: Received) -> None:
+    def _clear_all(self, frame: ReceivedFrame) -> None:
         """Clear one kind of plan, or all three by 255. During a transfer there is no acknowledgement."""
         kind = frame.fields["mission_type"]
         if self._transfer is not None:
@@ -123,7 +123,7 @@ class Px4Missions(MissionServer):
                 self._replace(each, [], 0)
         self._acknowledge(frame, missions.ACCEPTED, kind)
 
-    def _set_current(self, frame: Received) -> None:
+    def _set_current(self, frame: ReceivedFrame) -> None:
         """Choose the item of the mission: this is the only way, DO_SET_MISSION_CURRENT is unsupported."""
         seq = frame.fields["seq"]
         if seq < len(self._plans.mission):
@@ -153,7 +153,7 @@ class Px4Missions(MissionServer):
             yield GIVE_UP_US - (self._clock.now_us - transfer.last_heard_us)
         self._transfer = None
 
-    def _requested_item(self, frame: Received) -> Item | None:
+    def _requested_item(self, frame: ReceivedFrame) -> Item | None:
         """Return the next item, or the last one again; any other request ends the download."""
         transfer, seq = self._transfer, frame.fields["seq"]
         if transfer is None or not transfer.is_with(frame.system, frame.component):
@@ -175,7 +175,7 @@ class Px4Missions(MissionServer):
         found: Item = items[seq]
         return found
 
-    def _take(self, frame: Received, new: Item) -> None:
+    def _take(self, frame: ReceivedFrame, new: Item) -> None:
         """Take an item of an upload; one that was not requested is ignored."""
         transfer, kind, seq = self._transfer, frame.fields["mission_type"], frame.fields["seq"]
         if transfer is None:
@@ -193,7 +193,7 @@ class Px4Missions(MissionServer):
             if seq == transfer.seq:
                 self._store(frame, transfer, new)
 
-    def _take_when_idle(self, frame: Received) -> None:
+    def _take_when_idle(self, frame: ReceivedFrame) -> None:
         """Acknowledge the last item of a completed upload again: the first acknowledgement was lost."""
         done = self._done
         if done is not None and done.is_with(frame.system, frame.component) and frame.fields["seq"] == done.end - 1:
@@ -202,7 +202,7 @@ class Px4Missions(MissionServer):
         self._complain("IGN MISSION_ITEM: No transfer", "mavlink_mission_no_transfer")
         self._acknowledge(frame, missions.ERROR, frame.fields["mission_type"])
 
-    def _store(self, frame: Received, transfer: Transfer, new: Item) -> None:
+    def _store(self, frame: ReceivedFrame, transfer: Transfer, new: Item) -> None:
         result, stored = kept(transfer.kind, new)
         if result != missions.ACCEPTED:
             self._end()

@@ -7,7 +7,7 @@ from sitl.common.autopilot import Autopilot, BootStep, Handler, stick_fields
 from sitl.common.command import Command
 from sitl.common.states import Stage
 from sitl.common.streams import Streams
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 from sitl.px4.calibration import Px4Calibration
 from sitl.px4.commander import Commander
 from sitl.px4.commands import DO_SET_MODE, Px4Commands
@@ -96,22 +96,22 @@ class Px4(Autopilot):
         self.failsafes.watch()
         self._parts.checks.watch()
 
-    def _hear_gcs(self, frame: Received) -> None:
+    def _hear_gcs(self, frame: ReceivedFrame) -> None:
         if frame.fields["type"] == GCS_TYPE:
             self.failsafes.hear_gcs()
 
-    def _hear_sticks(self, frame: Received) -> None:
+    def _hear_sticks(self, frame: ReceivedFrame) -> None:
         if frame.fields["target"] in (0, self.platform.spec.system_id):
             self._parts.inputs.hear_sticks(stick_fields(frame.fields))
 
-    def _set_mode(self, frame: Received) -> None:
+    def _set_mode(self, frame: ReceivedFrame) -> None:
         """Take a SET_MODE (11); unlike DO_SET_MODE it has one acknowledgement, and that is true."""
         custom = frame.fields["custom_mode"]
         command = Command(DO_SET_MODE, (0.0,) * 7, None, frame.system, frame.component)
         self.platform.outbox.hold_back()
         self._parts.answers.answer(command, self._commander.request_mode(custom >> 16 & 0xFF, custom >> 24 & 0xFF))
 
-    def _take_set_point(self, frame: Received) -> None:
+    def _take_set_point(self, frame: ReceivedFrame) -> None:
         """Count a set-point as part of the stream; only OFFBOARD flies to it."""
         # The stream has to run before OFFBOARD is accepted, so set-points count in every mode.
         self._parts.inputs.hear_set_point()

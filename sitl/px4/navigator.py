@@ -10,10 +10,10 @@ import numpy as np
 
 from sitl.common.outbox import Fields
 from sitl.common.platform import Part, Platform
-from sitl.common.states import Phase, Severity
-from sitl.links.wire import Received
+from sitl.common.states import MavSeverity, Phase
+from sitl.links.wire import ReceivedFrame
 from sitl.physics.point_masses import Point
-from sitl.physics.px4_position_control import CRUISE_M_S, MAX_SPEED_M_S, POSITION_P_HZ, Follow
+from sitl.physics.px4_position_control import CRUISE_M_S, MAX_SPEED_M_S, POSITION_P_HZ, SetpointKind
 from sitl.px4.announcer import Announcer
 from sitl.px4.inputs import ControlInputs
 
@@ -66,9 +66,9 @@ class Navigator(Part):
         """Fly to a place by a trajectory, and stop there."""
         control, k, body = self.control, self.k, self._body
         # A trajectory that is under way goes on from where it is; a new one starts with the vehicle's place and speed.
-        if control.follow[k] != Follow.GOAL:
+        if control.follow[k] != SetpointKind.GOAL:
             control.begin(k, np.array(body.seen_m()), body.masses.velocity_m_s[body.index])
-        control.steer(k, Follow.GOAL, (0.0, 0.0, 0.0), hold_z=True)
+        control.steer(k, SetpointKind.GOAL, (0.0, 0.0, 0.0), hold_z=True)
         control.goal_m[k] = place_m
         control.cruise_m_s[k] = self.cruise_m_s
         body.turn_to(math.nan if yaw_rad is None else yaw_rad % (2.0 * math.pi))
@@ -209,7 +209,9 @@ class Navigator(Part):
         outward = POSITION_P_HZ * (abs(orbit.radius_m) - away_m)
         outward = max(-orbit.speed_m_s, min(orbit.speed_m_s, outward))
         along = orbit.speed_m_s * turn
-        control.steer(k, Follow.VELOCITY, (along * -uy + outward * ux, along * ux + outward * uy, 0.0), hold_z=True)
+        control.steer(
+            k, SetpointKind.VELOCITY, (along * -uy + outward * ux, along * ux + outward * uy, 0.0), hold_z=True
+        )
         control.goal_m[k, 2] = orbit.z_m
         self._body.turn_to(math.atan2(-ux, -uy) % (2.0 * math.pi))
 
@@ -221,9 +223,9 @@ class Navigator(Part):
         east, north = self._body.to_earth(forward / 1000.0 * STICK_M_S, right / 1000.0 * STICK_M_S)
         push = (throttle - 500) / 500.0
         up = push * (STICK_UP_M_S if push > 0 else STICK_DOWN_M_S)
-        self.control.steer(self.k, Follow.VELOCITY, (east, north, up), hold_z=False)
+        self.control.steer(self.k, SetpointKind.VELOCITY, (east, north, up), hold_z=False)
 
-    def take_set_point(self, frame: Received) -> None:
+    def take_set_point(self, frame: ReceivedFrame) -> None:
         """Fly to the target of a SET_POSITION_TARGET_GLOBAL_INT or …_LOCAL_NED, in OFFBOARD."""
         fields, body = frame.fields, False
         if frame.name == "SET_POSITION_TARGET_GLOBAL_INT":
@@ -247,7 +249,7 @@ class Navigator(Part):
         has_place = not mask & _IGNORE_PLACE
         if not has_place and not has_velocity:
             return
-        follow = Follow.POINT if has_place else Follow.VELOCITY
+        follow = SetpointKind.POINT if has_place else SetpointKind.VELOCITY
         # A place without a height holds no height: only the vertical velocity counts then.
         hold_z = not mask & _IGNORE_HEIGHT
         self.control.steer(self.k, follow, (*velocity, climb), hold_z=hold_z, accel_m_s2=accel)
@@ -260,7 +262,7 @@ class Navigator(Part):
         frame = fields["coordinate_frame"]
         if frame not in _AMSL | _RELATIVE:
             text = f"SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame {frame}"
-            self._announcer.text(Severity.CRITICAL, text)
+            self._announcer.text(MavSeverity.CRITICAL, text)
             return None
         if fields["type_mask"] & _IGNORE_PLACE:
             x, y = 0.0, 0.0
@@ -274,7 +276,7 @@ class Navigator(Part):
         frame, mask = fields["coordinate_frame"], fields["type_mask"]
         if frame not in (LOCAL_NED, BODY_NED):
             text = f"SET_POSITION_TARGET_LOCAL_NED coordinate frame {frame} unsupported"
-            self._announcer.text(Severity.CRITICAL, text)
+            self._announcer.text(MavSeverity.CRITICAL, text)
             return None
         x, y = (0.0, 0.0) if mask & _IGNORE_PLACE else (fields["y"], fields["x"])
         return x, y, 0.0 if mask & _IGNORE_HEIGHT else -fields["z"]

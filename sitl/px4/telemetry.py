@@ -8,7 +8,7 @@ from sitl.common.outbox import Fields
 from sitl.common.platform import Platform
 from sitl.common.states import LANDED_STATE, Phase, Stage
 from sitl.common.telemetry import COMMON_BUILDERS, Telemetry, course_cdeg
-from sitl.physics.px4_position_control import Follow
+from sitl.physics.px4_position_control import SetpointKind
 from sitl.px4.commander import Commander
 from sitl.px4.ftp import METADATA_CRC, METADATA_URI
 from sitl.px4.modes import AUTO_MAIN, ORBIT, base_mode
@@ -131,7 +131,7 @@ class Px4Telemetry(Telemetry):
             return head | dict.fromkeys(("x", "y", "z", "vx", "vy", "vz"), math.nan) | {"afz": 100.0}
         x, y, z = control.goal_m[k].tolist()
         vx, vy, vz = control.velocity_feed_m_s[k].tolist()
-        if control.follow[k] == Follow.VELOCITY:
+        if control.follow[k] == SetpointKind.VELOCITY:
             x = y = math.nan
         z = z if control.hold_z[k] else math.nan
         return head | {"x": y, "y": x, "z": -z, "vx": vy, "vy": vx, "vz": -vz, "yaw": self.body.yaw_rad}

@@ -11,7 +11,7 @@ from sitl.common.files import FileTree, GeneratedFile
 from sitl.common.logs import Log
 from sitl.common.outbox import Outbox
 from sitl.common.platform import Part, Platform
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 
 DATA_BYTES = 239
 _HEAD = struct.Struct("<HBBBBBBI")
@@ -65,7 +65,7 @@ class FtpRequest(NamedTuple):
         )
 
 
-def parse(frame: Received) -> FtpRequest:
+def parse(frame: ReceivedFrame) -> FtpRequest:
     """Return the request in a FILE_TRANSFER_PROTOCOL."""
     payload = bytes(frame.fields["payload"]).ljust(_PAYLOAD_BYTES, b"\0")
     seq, session, opcode, size, _, _, _, offset = _HEAD.unpack_from(payload)

@@ -3,9 +3,9 @@
 from sitl.common.autopilot import Handler
 from sitl.common.logs import Log
 from sitl.common.platform import Part
-from sitl.common.states import Severity
+from sitl.common.states import MavSeverity
 from sitl.common.tasks import Task
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 
 LOG_DATA_BYTES = 90
 ARDUPILOT_DATA_US = 597
@@ -67,14 +67,14 @@ class ArduPilotLogServer(LogServer):
             return True
         if not logs.warned:
             logs.warned = True
-            self._outbox.text(Severity.ERROR, "Disarm for log download")
+            self._outbox.text(MavSeverity.ERROR, "Disarm for log download")
         return False
 
-    def _list(self, frame: Received) -> None:
+    def _list(self, frame: ReceivedFrame) -> None:
         if not self._may_serve():
             return
         if _TRANSFER in self._tasks:
-            self._outbox.text(Severity.INFO, "Log download in progress")
+            self._outbox.text(MavSeverity.INFO, "Log download in progress")
             return
         total = len(self._logs.files)
         first, last = max(frame.fields["start"], 1), min(frame.fields["end"], total)
@@ -88,7 +88,7 @@ class ArduPilotLogServer(LogServer):
             self._send_entry(number, total, numbers[-1], files[number - 1] if 1 <= number <= len(files) else None)
             yield ENTRY_US
 
-    def _request_data(self, frame: Received) -> None:
+    def _request_data(self, frame: ReceivedFrame) -> None:
         """Start a download. During another one the request is dropped; for an unknown log there is no answer."""
         if not self._may_serve() or _TRANSFER in self._tasks:
             return
@@ -115,13 +115,13 @@ class ArduPilotLogServer(LogServer):
                 return
             yield ARDUPILOT_DATA_US
 
-    def _end(self, _: Received) -> None:
+    def _end(self, _: ReceivedFrame) -> None:
         """End a download; until this comes, arming is refused."""
         if self._may_serve():
             self._logs.downloading = False
             self._tasks.stop(_TRANSFER)
 
-    def _erase(self, _: Received) -> None:
+    def _erase(self, _: ReceivedFrame) -> None:
         """Erase all logs after a while; there is no acknowledgement."""
         if self._may_serve():
             self._tasks.after("log erase", ERASE_US, self._logs.erase, self._clock.now_us)
@@ -130,7 +130,7 @@ class ArduPilotLogServer(LogServer):
 class Px4LogServer(LogServer):
     """PX4's logs: numbered from 0, served at any time once they were listed."""
 
-    def _list(self, frame: Received) -> None:
+    def _list(self, frame: ReceivedFrame) -> None:
         """Send the entries; without a log nothing is sent."""
         self._logs.listed = True
         total = len(self._logs.files)
@@ -145,7 +145,7 @@ class Px4LogServer(LogServer):
                 self._send_entry(k, total, last, self._logs.files[k])
                 yield 1000
 
-    def _request_data(self, frame: Received) -> None:
+    def _request_data(self, frame: ReceivedFrame) -> None:
         """Start a download in place of the one under way; for an unknown log there is no answer."""
         k, offset = frame.fields["id"], frame.fields["ofs"]
         self._tasks.stop(_TRANSFER)
@@ -163,10 +163,10 @@ class Px4LogServer(LogServer):
             offset += LOG_DATA_BYTES
             yield PX4_DATA_US
 
-    def _end(self, _: Received) -> None:
+    def _end(self, _: ReceivedFrame) -> None:
         self._tasks.stop(_TRANSFER)
 
-    def _erase(self, _: Received) -> None:
+    def _erase(self, _: ReceivedFrame) -> None:
         """Erase all logs at once; there is no acknowledgement."""
         self._tasks.stop(_TRANSFER)
         self._logs.erase()

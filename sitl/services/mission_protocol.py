@@ -6,7 +6,7 @@ from sitl.common import missions
 from sitl.common.autopilot import Handler
 from sitl.common.missions import Item
 from sitl.common.platform import Part
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 
 
 class MissionServer(Part, ABC):
@@ -31,18 +31,18 @@ class MissionServer(Part, ABC):
         }
 
     @abstractmethod
-    def _take(self, frame: Received, new: Item) -> None:
+    def _take(self, frame: ReceivedFrame, new: Item) -> None:
         """Take an item of an upload."""
 
     @abstractmethod
-    def _requested_item(self, frame: Received) -> Item | None:
+    def _requested_item(self, frame: ReceivedFrame) -> Item | None:
         """Return the item that is requested; None after a refusal."""
 
     @abstractmethod
     def _as_read(self, item: Item, *, whole: bool) -> Item:
         """Return a stored item as a station reads it; `whole` is MISSION_ITEM_INT."""
 
-    def _request(self, frame: Received) -> None:
+    def _request(self, frame: ReceivedFrame) -> None:
         """Send an item; the old MISSION_REQUEST is answered with a rough place."""
         item, seq, kind = self._requested_item(frame), frame.fields["seq"], frame.fields["mission_type"]
         if item is None:
@@ -54,5 +54,5 @@ class MissionServer(Part, ABC):
             fields = missions.float_fields(self._as_read(item, whole=False), seq)
             self._outbox.reply(frame, "MISSION_ITEM", mission_type=kind, **fields)
 
-    def _acknowledge(self, frame: Received, result: int, kind: int, opaque_id: int = 0) -> None:
+    def _acknowledge(self, frame: ReceivedFrame, result: int, kind: int, opaque_id: int = 0) -> None:
         self._outbox.reply(frame, "MISSION_ACK", type=result, mission_type=kind, opaque_id=opaque_id)

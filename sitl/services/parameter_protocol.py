@@ -6,7 +6,7 @@ from sitl.common.autopilot import Handler
 from sitl.common.parameters import HASH_NAME, REAL32, UINT32, ParameterEntry
 from sitl.common.platform import Part, Platform
 from sitl.common.tasks import Task
-from sitl.links.wire import HEADER_V1_BYTES, HEADER_V2_BYTES, MAGIC_V2, Received
+from sitl.links.wire import HEADER_V1_BYTES, HEADER_V2_BYTES, MAGIC_V2, ReceivedFrame
 
 BY_NAME = 65535
 """param_index of ArduPilot's answers by name and to PARAM_SET, and of PX4's `_HASH_CHECK`."""
@@ -54,17 +54,17 @@ class ArduPilotParameterServer(ParameterServer):
         super().__init__(platform)
         self._banner = banner
 
-    def _read(self, frame: Received) -> None:
+    def _read(self, frame: ReceivedFrame) -> None:
         index, params = frame.fields["param_index"], self._params
         entry = params.by_index(index) if index >= 0 else params.by_name(name_of(frame.fields["param_id"]))
         if entry is not None:
             self._send(entry, index if index >= 0 else BY_NAME)
 
-    def _list(self, _: Received) -> None:
+    def _list(self, _: ReceivedFrame) -> None:
         self._banner()
         self._tasks.start(_LIST, self._send_all(), self._clock.now_us)
 
-    def _set(self, frame: Received) -> None:
+    def _set(self, frame: ReceivedFrame) -> None:
         # ArduPilot looks neither at param_type nor at the range of a value.
         entry = self._params.set(name_of(frame.fields["param_id"]), frame.fields["param_value"])
         if entry is not None:
@@ -82,7 +82,7 @@ class ArduPilotParameterServer(ParameterServer):
 class Px4ParameterServer(ParameterServer):
     """PX4's parameters: the bytes of a value in the float field, a hash before the list, PARAM_ERROR."""
 
-    def _read(self, frame: Received) -> None:
+    def _read(self, frame: ReceivedFrame) -> None:
         index, name = frame.fields["param_index"], name_of(frame.fields["param_id"])
         self._lengthen()
         if index < 0 and name == HASH_NAME:
@@ -94,14 +94,14 @@ class Px4ParameterServer(ParameterServer):
         else:
             self._send(entry)
 
-    def _list(self, _: Received) -> None:
+    def _list(self, _: ReceivedFrame) -> None:
         """Send the hash, then all parameters in use. A request during a list starts it again, without the hash."""
         self._lengthen()
         if _LIST not in self._tasks:
             self._send_hash()
         self._tasks.start(_LIST, self._send_all(), self._clock.now_us)
 
-    def _set(self, frame: Received) -> None:
+    def _set(self, frame: ReceivedFrame) -> None:
         """Set a parameter from the bytes of the value and the type. Setting `_HASH_CHECK` only ends a list."""
         name = name_of(frame.fields["param_id"])
         if name == HASH_NAME:
@@ -140,11 +140,11 @@ class Px4ParameterServer(ParameterServer):
     def _send_hash(self) -> None:
         self._send_value("PARAM_VALUE_BYTES", HASH_NAME, self._params.hash(), UINT32, BY_NAME)
 
-    def _send_error(self, frame: Received, error: int) -> None:
+    def _send_error(self, frame: ReceivedFrame, error: int) -> None:
         name = bytes(frame.fields["param_id"])
         self._outbox.reply(frame, "PARAM_ERROR", param_id=name, param_index=GARBAGE_INDEX, error=error)
 
 
-def _payload(frame: Received) -> bytes:
+def _payload(frame: ReceivedFrame) -> bytes:
     start = HEADER_V2_BYTES if frame.raw[0] == MAGIC_V2 else HEADER_V1_BYTES
     return frame.raw[start : start + frame.raw[1]].ljust(4, b"\0")

@@ -8,7 +8,7 @@ from sitl.common.outbox import Outbox
 from sitl.common.parameters import REAL32
 from sitl.common.platform import Part, Platform
 from sitl.common.tasks import Task
-from sitl.links.wire import Received
+from sitl.links.wire import ReceivedFrame
 
 REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
 CHUNK_BYTES = 70
@@ -53,7 +53,7 @@ class Px4Shell(Part):
         """Return the handlers of this service."""
         return {"SERIAL_CONTROL": self._receive}
 
-    def _receive(self, frame: Received) -> None:
+    def _receive(self, frame: ReceivedFrame) -> None:
         f = frame.fields
         if f["device"] != SHELL_DEVICE:
             return
@@ -131,7 +131,7 @@ class ArduPilotSerialPorts(Part):
         """Return the handlers of this service."""
         return {"SERIAL_CONTROL": self._receive}
 
-    def _receive(self, frame: Received) -> None:
+    def _receive(self, frame: ReceivedFrame) -> None:
         f = frame.fields
         if f["flags"] & REPLY:
             return

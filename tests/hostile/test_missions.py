@@ -312,7 +312,7 @@ def star(points: int) -> list[tuple[float, float]]:
         (polygon([(47, 8)]), "a polygon of 1 point: it needs 3"),
         (polygon([(47, 8), (47.1, 8.1), (47.1, 8), (47, 8.1)]), "the polygon crosses itself near 47.05, 8.05"),
         (polygon([(47, 8), (47.1, 8), (47.2, 8)]), "the polygon has no area"),
-        (polygon(star(10_000)), f"10000 items, the most are {MAX_ITEMS}"),
+        (polygon(star(10_000)), f"10000 items, at most {MAX_ITEMS} are allowed"),
         (polygon([(80, -170), (89.95, 10), (80, 100)]), "the polygon reaches over a pole"),
         (polygon([(10, 179), (10, -179), (11, -179), (11, 179)]), "the polygon reaches over the antimeridian"),
         (polygon([(47, 8), (47.1, 8), (47.1, 8.1)], said=4), "its 3 points give as their number 4"),

@@ -138,8 +138,6 @@ def test_a_fleet_loses_one_and_its_station_and_the_report_shows_it(tmp_path: Pat
     assert min(zone.flying) < 3 == max(zone.flying)
     assert zone.tour_m, "the tour is drawn"
     assert set(records[0].rounds[0].paths_m) == {1, 2, 3}
-    journey_s = max(event.t_s for event in records[0].events) - min(event.t_s for event in records[0].events)
-    assert journey_s - 5.0 <= records[0].simulated_s <= journey_s + 10.0, "landing counts, as the time it takes does"
 
 
 @pytest.mark.long

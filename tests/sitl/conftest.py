@@ -11,7 +11,7 @@ import pytest
 from sitl.common.missions import Item
 from sitl.common.parameters import REAL32
 from sitl.launch.fleet import SimFleet, VehicleSpec
-from sitl.links.wire import LAYOUT_BY_NAME, Encoder, Received, cut
+from sitl.links.wire import LAYOUT_BY_NAME, Encoder, ReceivedFrame, cut
 from sitl.px4.events import event_kinds
 
 TICK_S = 0.05
@@ -29,7 +29,7 @@ def specs(n: int = 1, autopilot: Any = "ardupilot") -> list[VehicleSpec]:
 class Ground:
     fleet: SimFleet
     encoder: Encoder = field(default_factory=lambda: Encoder(255, 190))
-    heard: list[tuple[float, int, Received]] = field(default_factory=list)
+    heard: list[tuple[float, int, ReceivedFrame]] = field(default_factory=list)
     plain: list[bytes] = field(default_factory=list)
     raw: list[tuple[int, bytes]] = field(default_factory=list)
 
@@ -175,7 +175,7 @@ class Ground:
         assert abs(self.fleet.alt_rel_m[index] - alt_m) < 0.3
 
 
-def text_of(frame: Received) -> str:
+def text_of(frame: ReceivedFrame) -> str:
     return frame.fields["text"].rstrip(b"\0").decode("ascii")
 
 

@@ -12,7 +12,7 @@ from tui_gcs.cli.common import (
     running,
 )
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.client.launcher import LaunchError, check_fault
+from tui_gcs.client.launcher import StationLaunchError, check_fault
 from tui_gcs.core.base.run_kind import RunKind
 
 NEW_STATION_OPTIONS = ("scenario", "seed", "planner", "fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
@@ -26,7 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _fly_headless(arguments)
     try:
         check_fault(arguments.fault)
-    except LaunchError as error:
+    except StationLaunchError as error:
         raise CommandError(str(error)) from None
     if arguments.json or arguments.output or arguments.rounds:
         raise CommandError("--json, --output and --rounds belong to --headless")

@@ -23,7 +23,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.flights.scenario_options import ScenarioChanges
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.sim_fleet import weather_of, world_of
-from tui_gcs.client.launcher import LaunchError, check_fault
+from tui_gcs.client.launcher import StationLaunchError, check_fault
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.open_files import require_open_files
 from tui_gcs.core.base.run_kind import RunKind
@@ -102,7 +102,7 @@ def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
     try:
         check_fault(arguments.fault)
         folder = new_folder(state_dir(RunKind.SIM), time.strftime(f"{name}-%Y%m%d-%H%M%S"))
-    except (ConfigError, OSError, LaunchError) as error:
+    except (ConfigError, OSError, StationLaunchError) as error:
         raise CommandError(str(error)) from None
     report_planners(planners, scenario)
     bad_links = FaultyLinks(arguments.fault, scenario.seed) if arguments.fault else None

@@ -14,7 +14,7 @@ from typing import Any
 from tui_gcs.cli.common import OURSELVES, check_seed
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.sim_fleet import spec_of_options
-from tui_gcs.client.launcher import LaunchError, check_fault, free_port, proxy_command
+from tui_gcs.client.launcher import StationLaunchError, check_fault, free_port, proxy_command
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
 
@@ -55,7 +55,7 @@ def _check(arguments: argparse.Namespace) -> None:
         raise CommandError(f"--speed {arguments.speed:g}: must be {MIN_SPEED:g} to {MAX_SPEED:g}")
     try:
         check_fault(arguments.fault)
-    except LaunchError as error:
+    except StationLaunchError as error:
         raise CommandError(str(error)) from None
     if arguments.real is None:
         given = [name for name in ("binary", "params", "wipe") if getattr(arguments, name)]

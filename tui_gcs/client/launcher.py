@@ -48,7 +48,7 @@ MAX_RESTARTS = 20
 """Restarts in one minute; more of them mean that the station cannot live."""
 
 
-class LaunchError(Exception):
+class StationLaunchError(Exception):
     """A station cannot be started or found; one line."""
 
 
@@ -100,12 +100,12 @@ def launch(
     """Start a supervised station, detached from this terminal, and return at once.
 
     Raises:
-        LaunchError: planners in files may change in flight only in SIM.
+        StationLaunchError: planners in files may change in flight only in SIM.
         ConfigError: a directory cannot be used, or too few files may be open.
     """
     options = options or LaunchOptions()
     if options.watch and kind is not RunKind.SIM:
-        raise LaunchError("a planner that changes while it flies is for simulated vehicles only")
+        raise StationLaunchError("a planner that changes while it flies is for simulated vehicles only")
     require_open_files()
     directory = runtime_dir(kind)
     for name in ("error", "bus", "bus.lock"):
@@ -181,13 +181,13 @@ def start_error(kind: RunKind) -> str:
 
 
 def check_fault(text: str) -> None:
-    """Raise `LaunchError` if a text of faults is wrong; a process of the simulator checks it."""
+    """Raise `StationLaunchError` if a text of faults is wrong; a process of the simulator checks it."""
     if text:
         done = subprocess.run(
             [sys.executable, "-m", "sitl.links.faults", text], capture_output=True, text=True, check=False
         )
         if done.returncode:
-            raise LaunchError(done.stderr.strip().rpartition("\n")[2])
+            raise StationLaunchError(done.stderr.strip().rpartition("\n")[2])
 
 
 def proxy_command(listen: str, to: str, fault: str, seed: int) -> list[str]:

@@ -138,7 +138,7 @@ class Feed:
 
     @property
     def station_ended(self) -> bool:
-        """Whether the station has said that an operator ended it: nothing starts it again."""
+        """Whether the station's last status reported that an operator ended it: nothing starts it again."""
         return self.status is not None and self.status.ending
 
     @property

@@ -1,7 +1,7 @@
 """Notices to the operator: the newest is shown; bad news stays beside it for its time, until better news comes.
 
-The journal has every notice anyway, but an operator who has just pressed another key must not have to look there for a
-landing that was refused.
+The journal has every notice anyway, but after another key was pressed a refused landing must still be on the screen,
+not only there.
 """
 
 from collections.abc import Callable

@@ -73,7 +73,7 @@ class ParameterTransfers:
         self._on_news()
 
     async def describe(self, vehicle: int, name: str) -> None:
-        """Ask the station what a vehicle says about a parameter; `description` has it, None if it says nothing."""
+        """Ask the station for a vehicle's own description of a parameter; `description` then holds it, or None."""
         reply = await self._requests.send(GetParamInfos(vehicle, (name,)))
         new = reply.param_infos[0] if reply.param_infos else None
         if new != self.description:

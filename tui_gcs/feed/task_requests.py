@@ -40,7 +40,7 @@ async def carry_out(
     """Send `request` and return one outcome per vehicle, in the order of `request.vehicles`, when all are over.
 
     `on_progress` gets the tasks that are under way, every time the station was asked. A station that was started anew
-    or stays silent ends the wait: the outcome says that it is not known.
+    or stays silent ends the wait: the text of the outcome is then `NOT_KNOWN`.
     """
     reply = await requests.send(request)
     ended: dict[int, TaskOutcome] = {}

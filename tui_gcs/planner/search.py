@@ -42,7 +42,7 @@ INSIDE_M = 0.2
 
 
 class Claim(msgspec.Struct, frozen=True):
-    """What one vehicle's instance tells the others: the point that it flies to, and its bid."""
+    """The message of one vehicle's instance to the others: the point that it flies to, and its bid."""
 
     point: str
     bid: float

@@ -12,7 +12,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import command_line_parser
 from tui_gcs.cli.planner import new as planner_new
 from tui_gcs.cli.planner import watch as planner_watch
-from tui_gcs.client.launcher import LaunchError, LaunchOptions, launch
+from tui_gcs.client.launcher import LaunchOptions, StationLaunchError, launch
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 
@@ -74,7 +74,7 @@ def test_a_mistake_is_told_with_its_line_and_the_version_before_plans_on(fleet: 
 def test_one_station_at_a_time_and_simulated_vehicles_only(fleet: Watcher, mine: Path) -> None:
     with pytest.raises(CommandError, match="a SIM station runs already"):
         planner_watch.start(command_line_parser().parse_args(["planner", "watch", str(mine)]))
-    with pytest.raises(LaunchError, match="simulated vehicles only"):
+    with pytest.raises(StationLaunchError, match="simulated vehicles only"):
         launch(RunKind.LIVE, "", "", [], LaunchOptions(watch=True))
 
 

@@ -44,7 +44,7 @@ def test_points_of_a_drawing_and_nothing_else_of_it() -> None:
         ("a.csv", "lat,lon\n1,zwei\n", "line 2: lon 'zwei' is no number"),
         ("a.csv", "lat,lon\n91,0\n", "line 2: 91, 0 is no place on earth"),
         ("a.csv", "lat,lon,priority\n1,1,nan\n", "line 2: priority 'nan' is no number"),
-        ("a.csv", "lat,lon\n" + "1,1\n" * 300, "300 points, the most are 200"),
+        ("a.csv", "lat,lon\n" + "1,1\n" * 300, "300 points, at most 200 are allowed"),
         ("a.json", "[" * 100_000, "is no JSON"),
         ("a.json", "[]", "is no GeoJSON FeatureCollection"),
         ("a.geojson", geojson(point("x", 1)), "feature 1: lon 'x' is no number"),

@@ -192,6 +192,6 @@ def test_going_round_over_nothing_that_takes_time_is_not(command: int) -> None:
 def test_a_plan_may_have_2000_items_and_twenty_problems_are_told() -> None:
     items = tuple(waypoint(i) for i in range(2000))
     assert of_mission(*items) == []
-    assert of_mission(*items, waypoint(0)) == ["2001 items, the most are 2000"]
+    assert of_mission(*items, waypoint(0)) == ["2001 items, at most 2000 are allowed"]
     told_ = of_mission(*(waypoint(0, z=math.nan),) * 30)
     assert len(told_) == 20 and told_[-1] == "item 20: height nan m is impossible"

@@ -110,7 +110,7 @@ class Clocked(Peer):
             self.say("TIMESYNC", tc1=tc1, ts1=fields["ts1"], target_system=21, target_component=0)
 
 
-def test_round_trip_and_offset_of_a_vehicle_are_measured_every_ten_seconds(tmp_path: Path) -> None:
+def test_the_round_trip_to_a_vehicle_is_measured_every_ten_seconds(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Clocked(), delay_s=0.1).heard()
     times = rig.station.services.link_timing
     rig.run(30.0)
@@ -118,17 +118,15 @@ def test_round_trip_and_offset_of_a_vehicle_are_measured_every_ten_seconds(tmp_p
     measured = times.of(rig.vehicle())
     assert measured is not None
     assert measured.rtt_s == pytest.approx(0.22, abs=0.05)
-    assert measured.offset_s == pytest.approx(1000.0, abs=0.03)
     assert measured.age_s < 11
 
 
-def test_the_offset_is_that_of_the_quickest_answer_of_a_minute(tmp_path: Path) -> None:
+def test_the_quickest_answer_of_a_minute_is_kept(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Clocked(), delay_s=0.02).heard().run(12.0)
     rig.delay_s = 1.0
     rig.run(20.0)
     measured = rig.station.services.link_timing.of(rig.vehicle())
     assert measured is not None and measured.rtt_s > 1.9 and measured.best_rtt_s < 0.1
-    assert measured.offset_s == pytest.approx(1000.0, abs=0.05)
 
 
 def test_who_did_not_answer_is_asked_again_soon_and_then_ever_more_seldom(tmp_path: Path) -> None:

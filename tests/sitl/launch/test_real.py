@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from sitl.launch.process import LaunchError
-from sitl.launch.real import Options, Place, arducopter, find, main, px4
+from sitl.launch.real import Options, StartPlace, arducopter, find, main, px4
 
-PLACE = Place(3, 52.072, -0.628, 110.0, 90.0)
+PLACE = StartPlace(3, 52.072, -0.628, 110.0, 90.0)
 STAYS = '#!/bin/sh\necho "$PX4_SIM_MODEL $PX4_HOME_LAT $PX4_HOME_ALT $@" > called\nexec sleep 30\n'
 SECOND_FAILS = """#!/bin/sh
 case "$*" in *"--sysid 2"*) printf "\\033[31mbind failed\\033[0m\\n"; exit 3;; esac

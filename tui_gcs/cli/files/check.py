@@ -152,7 +152,7 @@ def _area_lines(content: Content) -> list[FindingLine]:
     areas = [each for each in content.drawings if each.kind == "area"]
     # A file of 14,000 areas took 1.2 s: how many there are is checked before they become items.
     if len(areas) > MAX_ITEMS:
-        return [FindingLine(ERROR, "", f"{len(areas)} areas, the most are {MAX_ITEMS}: none of them was looked at")]
+        return [FindingLine(ERROR, "", f"{len(areas)} areas, at most {MAX_ITEMS} are allowed: none was checked")]
     found = []
     for number, area in enumerate(areas, 1):
         corners = [(place[0], place[1]) for place in area.places]

@@ -45,7 +45,7 @@ def start(arguments: argparse.Namespace) -> None:
 def flown_by(toml: str, info: PlannerInfo, instances: str | None = None) -> str:
     """Return the scenario with this planner in every team; a team that names it already keeps its parameters.
 
-    `instances` replaces what the scenario says of them; with None a team keeps it.
+    `instances` replaces that of the scenario; with None a team keeps its own.
     """
     document = tomlkit.parse(toml)
     for team in document["team"]:

@@ -385,8 +385,8 @@ def _words(members: list[_Member]) -> str:
 def _order(alarm: Alarm) -> tuple[int, int, int, int]:
     """The order of the list: the worst that holds, of one level the new; then what is over, advisories, shelved ones.
 
-    A warning that holds is never pushed off a line by a smaller new one or by one that is over: the operator who
-    acknowledged it an hour ago must not forget it.
+    A warning that holds is never pushed off a line by a smaller new one or by one that is over: it must not
+    be forgotten because it was acknowledged an hour ago.
     """
     holds = alarm.state in ("new", "acknowledged")
     place = 3 if alarm.state == "shelved" else 1 if not holds else 0 if alarm.level > AlarmLevel.ADVISORY else 2

@@ -15,6 +15,7 @@ from tui_gcs.core.protocol.common import Freshness
 # `fleet.telemetry` (events), `firmware.health` and `flight.return_home` have limits of 25 and 15 %, too; for a start
 # `preflight.readiness.MIN_BATTERY_PCT` counts.
 BATTERY_LOW_PCT, BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT = 25.0, 15.0, 3.0
+# The second number of each pair is the band by which a value must be better before its alarm ends: none flutters.
 POOR_POSITION_M, POOR_POSITION_BAND_M = 10.0, 3.0
 LOSS_PCT, LOSS_BAND_PCT = 25.0, 10.0
 MIN_FIX = 3

@@ -12,6 +12,7 @@ import signal
 import sys
 from pathlib import Path
 
+# A constant of the Linux kernel (linux/prctl.h), for which Python has no name.
 _PR_SET_CHILD_SUBREAPER = 36
 MAX_LOOKS = 5
 """How often the descendants are looked for again: one may start another while it is being killed."""

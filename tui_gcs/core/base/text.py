@@ -13,6 +13,7 @@ SafeText = NewType("SafeText", str)
 
 REPLACEMENT = "\ufffd"
 ELLIPSIS = "…"
+# Letters of all languages need one or two combining marks; more are used to paint over the lines around ("Zalgo").
 _MAX_COMBINING = 2
 _FORBIDDEN_RANGES = (
     (0x1160, 0x11FF),  # conjoining Hangul jamo: width depends on the neighbours

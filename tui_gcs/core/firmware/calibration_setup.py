@@ -12,7 +12,9 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.uplink.actions import MavCommand
 
+# MAV_CMD. Compasses of ArduPilot are calibrated by commands of their own, all other sensors by 241 with a parameter.
 PREFLIGHT_CALIBRATION, START_MAG_CAL, CANCEL_MAG_CAL = 241, 42424, 42426
+# ArduPilot sends this command to the station for every pose; the station answers with the same command.
 ACCELCAL_VEHICLE_POS = 42429
 DO_MOTOR_TEST, ACTUATOR_TEST = 209, 310
 """MAV_CMD."""
@@ -20,10 +22,12 @@ MAG_CAL_PROGRESS, MAG_CAL_REPORT = 191, 192
 """Message ids that ArduPilot sends only when requested."""
 STATUS_CALIBRATING = 2
 """MAV_STATE."""
+# ArduPilot counts outputs for motors up to 12; a type that is not listed below may have that many.
 MAX_MOTORS = 12
 MOTORS = {2: 4, 13: 6, 14: 8, 29: 12, 35: 10}
 """By MAV_TYPE, where it gives the number: quad-, hexa-, octo-, dodeca-, decarotor. Numbers beyond it both autopilots
 accept, and nothing turns (measured: 5 and 9 on quadrotors)."""
+# param1 to param3 of 42424: a mask of compasses, where 0 is all; try again by itself; store without being asked.
 ALL_COMPASSES, NO_RETRY, AUTOSAVE = 0, 0, 1
 THROTTLE_PERCENT = 0
 """MOTOR_TEST_THROTTLE_TYPE."""

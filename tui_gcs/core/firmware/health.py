@@ -17,11 +17,13 @@ from tui_gcs.core.mavlink.mode_names import known_modes, mode_name
 Newest = Callable[[int], Fields | None]
 """The newest message of an id, None if none came lately."""
 
+# Message ids (common.xml, ardupilotmega.xml).
 SYS_STATUS, GPS_RAW_INT, RC_CHANNELS, BATTERY_STATUS = 1, 24, 65, 147
 EKF_STATUS_REPORT, ESTIMATOR_STATUS = 193, 230
 
 PREARM_CHECK = 0x10000000
 """MAV_SYS_STATUS_PREARM_CHECK in SYS_STATUS.onboard_control_sensors_health."""
+# Present but not enabled: a safety switch holds the motors back.
 MOTOR_OUTPUTS = 0x8000
 SENSORS = {
     0x1: "gyro",
@@ -54,6 +56,7 @@ SENSORS = {
 }
 """MAV_SYS_STATUS_SENSOR."""
 FENCE = 0x100000
+# Gyroscope, accelerometer, barometer and AHRS: without one of them no autopilot stays in the air.
 ESSENTIAL = 0x1 | 0x2 | 0x8 | 0x200000
 # Compass and thrust are among them: an ArduCopter without any compass flew on without a word.
 NEEDED_IN_FLIGHT = ESSENTIAL | 0x4 | 0x40000000
@@ -74,6 +77,7 @@ BATTERY_FAULTS = (
     "incompatible cells",
 )
 """MAV_BATTERY_FAULT, by bit."""
+# The charge at which the alarm in flight begins, too; the time is BATTERY_STATUS.time_remaining, in seconds.
 LOW_PCT, LITTLE_S = 25.0, 180
 MAX_VARIANCE = 1.0
 """Limit of an estimator's innovation, as a share of what it accepts (both autopilots scale to 1)."""
@@ -84,6 +88,7 @@ POOR_M = 10.0
 
 EKF_READY = 0x33F
 """EKF_STATUS_REPORT.flags of an ArduPilot that has a position (831, measured); a GPS fix alone is 31 s too early."""
+# ardupilotmega.xml, EKF_STATUS_FLAGS; 0x8000 was set 1.4 s after a GPS jump of 220 m (docs/autopilots.md).
 EKF_UNINITIALISED, EKF_CONSTANT_POSITION, EKF_GLITCH = 0x400, 0x80, 0x8000
 EKF_PARTS = {
     0x1: "attitude",
@@ -97,6 +102,7 @@ EKF_PARTS = {
 }
 """The common part of ESTIMATOR_STATUS_FLAGS and EKF_STATUS_FLAGS."""
 PX4_PARTS = {0x1: "attitude", 0x2: "horizontal velocity", 0x4: "vertical velocity", 0x10: "absolute position"}
+# common.xml, ESTIMATOR_STATUS_FLAGS; PX4 sends the bits of ArduPilot's glitch under other numbers.
 PX4_GLITCH, PX4_ACCEL_ERROR = 0x400, 0x800
 EKF_VARIANCES = {
     "velocity": "velocity_variance",

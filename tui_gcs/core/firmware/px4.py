@@ -28,14 +28,17 @@ from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.uplink.actions import FRAME_AMSL, MavCommand, Outcome, RetryClass, VehicleAction, refused
 from tui_gcs.core.uplink.commands import CommandService
 
+# docs/autopilots.md "Modes of PX4": Hold, mission, take-off and landing are sub modes of AUTO.
 AUTO = 4
 TAKEOFF, HOLD, MISSION, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4, 6))
 """custom_mode: main mode AUTO in bits 16-23, sub mode in bits 24-31."""
 CHANGE_MODE = 1.0
 """MAV_DO_REPOSITION_FLAGS_CHANGE_MODE; with any other bit PX4 answers UNSUPPORTED, without it, too."""
+# Goals that differ by less are one goal: it is sent once, and again only where it was not taken.
 SAME_POSITION_M, SAME_SPEED_M_S = 0.3, 0.1
 REPEAT_AFTER_S = 3.0
 """A place that was not taken, or to which the vehicle does not fly, is sent again after this time."""
+# A vehicle that stands this near to its goal has arrived: the goal is not sent again.
 ARRIVED_M = 2.0
 NAN = math.nan
 MISSION_CURRENT, _MISSION_PLACE = 42, struct_reader("HH")

@@ -33,6 +33,7 @@ SETPOINT_GAP_S = 0.1
 """10 Hz: five in a row may be lost before COM_OF_LOSS_T."""
 NEW_AFTER_S = 1.0
 """A stream with a longer pause than this is a new one."""
+# OFFBOARD is refused while the stream is younger than about 1 s, so one refusal is no failure (docs/autopilots.md).
 MAX_TRIES, TRY_AGAIN_S = 3, 2.0
 BACK_WITHIN_S = 3.0
 """After a failsafe it returns to OFFBOARD by itself, with the first set-point; this long that may take to show."""

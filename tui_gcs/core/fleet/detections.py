@@ -26,9 +26,12 @@ from tui_gcs.core.protocol.common import Vec3
 MESSAGE = "CAMERA_TRACKING_GEO_STATUS"
 TRACKING_ACTIVE = 1
 """CAMERA_TRACKING_STATUS_FLAGS_ACTIVE."""
+# Taken where a detector reports no accuracy: that of an ordinary GPS, by which it knows its own place.
 DEFAULT_SIGMA_M = 5.0
+# Reported values are kept within these: a forged one must not outweigh all other detections.
 MIN_SIGMA_M, MAX_SIGMA_M = 0.5, 100.0
 DEFAULT_SPEED_SIGMA_M_S = 3.0
+# Faster than any aircraft at the heights of a small fleet: a damaged or forged message.
 MAX_SPEED_M_S = 300.0
 MAX_RANGE_M = 10_000.0
 """A detection farther from its vehicle is implausible."""

@@ -36,6 +36,7 @@ OnComponent = Callable[[Vehicle, int, Fields], None]
 """A listener to messages of a component; its arguments are vehicle, component id and fields."""
 Gate = Callable[[bytes], bool]
 
+# Message ids (minimal.xml, common.xml): what decides that a vehicle exists, what it is and how it is.
 HEARTBEAT, AUTOPILOT_VERSION, STATUSTEXT, HIGH_LATENCY2 = 0, 148, 253, 235
 SETUP_SIGNING = 256
 """Message id of SETUP_SIGNING, which carries a key: from a vehicle it is an attack, and is neither recorded nor passed

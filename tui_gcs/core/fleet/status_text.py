@@ -19,8 +19,11 @@ from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 
+# STATUSTEXT.text has 50 characters; longer texts come in chunks with one id (docs/autopilots.md C9).
 CHUNK_CHARS = 50
+# QGroundControl waits as long for missing chunks, then shows what it has.
 CHUNK_TIMEOUT_S = 1.0
+# 500 characters are far more than any autopilot writes; chunk_seq itself would allow 12,800.
 MAX_CHUNKS = 10
 MAX_OPEN_TEXTS = 4
 """Incomplete texts of one vehicle: vehicles send the chunks of a text one after the other."""

@@ -95,7 +95,6 @@ class TelemetryDecoder:
     ) -> None:
         """Refused values are counted in `dropped`; `check_boot_time` checks the boot time of every position."""
         self._set_frame(frame)
-        self._clock = clock
         self._events = events
         self._dropped = dropped
         self._check_boot_time = check_boot_time

@@ -38,6 +38,7 @@ SEEN_S = 2.0
 """A vehicle counts as seeing a target for this long after a detection."""
 OWN_VEHICLE_M, OWN_VEHICLE_UP_M = 4.0, 6.0
 """A detection as near as this to one of our vehicles is that vehicle."""
+# Every track travels in every fleet frame, ten times a second: a forged flood must not fill the bus.
 MAX_TRACKS = 64
 
 

@@ -50,6 +50,7 @@ class Signing(StrEnum):
     UNKNOWN_KEY = "unknown key"
 
 
+# The payload of GLOBAL_POSITION_INT, which is read in place (common.xml); 10 bytes of header come before it.
 POSITION_BYTES = 28
 POSITION_AT = slice(10, 10 + POSITION_BYTES)
 """Where the payload of GLOBAL_POSITION_INT lies in a version 2 frame."""

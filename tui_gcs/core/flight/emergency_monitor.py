@@ -30,6 +30,7 @@ IMPACT_M = 5.0
 """Where its fall ends below this height above home it has hit the ground."""
 GROUND_M, GROUND_STILL_M_S, GROUND_S = 1.0, 0.5, 2.0
 """So low, so slow and for so long: it stands on the ground. No course leads below `steering.MIN_HOVER_M`."""
+# Message id. On slow links ATTITUDE is seldom sent: an old one must not be taken for the attitude of now.
 ATTITUDE, MAX_ATTITUDE_AGE_S = 30, 1.0
 _ANGLES = struct_reader("4xff")
 """Roll and pitch of ATTITUDE, radians."""

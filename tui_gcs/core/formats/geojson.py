@@ -11,6 +11,7 @@ from tui_gcs.core.formats.bounded import json_text
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
 from tui_gcs.core.formats.drawing_common import HEIGHTS, MAX_NAME_CELLS, MAX_POINTS, checked, number, points_of, ring
 
+# Real drawings nest a few levels deep; Python itself gives up at a depth of 1,000.
 MAX_DEPTH = 32
 SINGLE = {"Point": "point", "LineString": "line", "Polygon": "area"}
 MANY = {"MultiPoint": "Point", "MultiLineString": "LineString", "MultiPolygon": "Polygon"}

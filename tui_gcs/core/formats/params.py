@@ -29,6 +29,7 @@ MAX_INCLUDED = 16
 MAX_SUPERSEDED = 10
 """How many lines that do not count are listed."""
 MAX_NAME_CELLS = 80
+# System, component, name, value and type, separated by tabs.
 QGC_FIELDS = 5
 NAME_PADDED = 16
 WHOLE = {

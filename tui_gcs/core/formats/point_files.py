@@ -20,12 +20,12 @@ class PointFileError(ValueError):
 
 
 def read_points(text: str, name: str, frame: LocalFrame) -> list[NewPoint]:
-    """Return the points in a file's text; its name tells the format. Raises `PointFileError`."""
+    """Return the points in a file's text; the format follows from its name. Raises `PointFileError`."""
     found = _geojson(text) if name.lower().endswith((".geojson", ".json")) else _csv(text)
     if not found:
         raise PointFileError("there is no point in it")
     if len(found) > MAX_POINTS:
-        raise PointFileError(f"{len(found)} points, the most are {MAX_POINTS}")
+        raise PointFileError(f"{len(found)} points, at most {MAX_POINTS} are allowed")
     return [_point(where, fields, frame) for where, fields in found]
 
 

@@ -30,6 +30,7 @@ from tui_gcs.core.plans.model import (
 )
 
 FILE_TYPE = "Plan"
+# A MAV_CMD has seven parameters; the last three of an item with a place are its place.
 PARAMS = 7
 MAX_WORD = 40
 

@@ -34,6 +34,7 @@ GENERIC, QUADROTOR = 0, 2
 """MAV_AUTOPILOT and MAV_TYPE where none is given."""
 CRUISE_M_S, HOVER_M_S = 15, 5
 """The speeds that QGroundControl itself assumes; it computes times with them."""
+# QGroundControl's own enum of altitude modes, not a MAV_FRAME.
 ALTITUDE_MODES = {RELATIVE: 1, AMSL: 2, TERRAIN: 4}
 NO_MISSION, NO_FENCE, NO_RALLY = Plan(PlanKind.MISSION), Plan(PlanKind.FENCE), Plan(PlanKind.RALLY)
 

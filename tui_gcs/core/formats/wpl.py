@@ -25,6 +25,7 @@ from tui_gcs.core.plans.model import (
 )
 
 HEADERS = ("QGC WPL 110", "QGC WPL 100")
+# `QGC WPL 110`: index, current, frame, command, four parameters, three of the place, autocontinue.
 FIELDS = 12
 NO_COMMAND = 0
 """The command of Mission Planner's home line while it does not know where home is."""

@@ -35,8 +35,10 @@ from tui_gcs.core.uplink.uplink import Uplink
 
 ANSWER_GAP_S = 1.0
 """The same refused request is answered at most this often (docs/threats.md B.6-49)."""
+# Message id.
 MISSION_CURRENT = 42
 ITEMS = frozenset({"MISSION_ITEM", "MISSION_ITEM_INT"})
+# A program that keeps sending what is refused must not fill the journal.
 EVENT_GAP_S = 1.0
 EVENT_REPEAT_S = 30.0
 """Shortest time between events of the same cause per endpoint: of requests, and of what is wrong with a partner."""

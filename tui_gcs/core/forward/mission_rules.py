@@ -34,11 +34,13 @@ FENCE, ALL_MISSIONS = 1, 255
 """MAV_MISSION_TYPE."""
 MAX_ITEMS = 10_000
 """Longest upload that is collected: as many items as PX4 takes."""
+# MAV_CMD of items (common.xml).
 CHANGE_SPEED, JUMP, WAYPOINT = 178, 177, 16
 ITEM_PLACES = frozenset({16, 17, 18, 19, 21, 22, 31, 84, 85, 5100})
 """Items that are flown to on a straight way: way-points (no splines), loitering, landing, take-off, rally points."""
 ITEM_HERE = frozenset({21, 22, 84, 85})
 """Items that may name no place (0, 0): they mean where the vehicle is then."""
+# Landing and take-off of copters, and those of VTOLs.
 ITEM_LANDINGS, ITEM_TAKE_OFFS = frozenset({21, 85}), frozenset({22, 84})
 ITEM_RADIUS = {17: 3, 18: 3, 19: 3, 31: 2}
 """Number of the parameter that holds the radius to circle at."""

@@ -13,6 +13,7 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
 from tui_gcs.core.mavlink.sources import Address
 
+# Programs on one forward port: each costs a copy of every frame.
 MAX_PARTNERS = 16
 MAX_SYSTEMS = 64
 """Systems and components remembered behind one partner."""

@@ -16,6 +16,7 @@ WARNING = 4
 """MAV_SEVERITY."""
 DO_SET_MODE, SET_MODE_ID = 176, 11
 """What acknowledges a SET_MODE: PX4 makes the command of it, ArduPilot names the message id."""
+# docs/autopilots.md C10: opcode and reason of a refusal, and where a packet's data begin.
 FTP_NAK, FTP_FAIL, FTP_HEADER_BYTES, FTP_BYTES = 129, 1, 12, 251
 
 Answer = tuple[str, dict[str, Any]]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from tui_gcs.core.geometry.local_frame import WGS84_A_M
 
+# WGS84. The series in the third flattening is Krueger's, to the third order: below a millimetre within a zone.
 FLATTENING = 1.0 / 298.257223563
 _N = FLATTENING / (2.0 - FLATTENING)
 _RADIUS_M = WGS84_A_M / (1.0 + _N) * (1.0 + _N**2 / 4.0 + _N**4 / 64.0)
@@ -17,8 +18,10 @@ _ALPHA = (
     13.0 * _N**2 / 48.0 - 3.0 * _N**3 / 5.0,
     61.0 * _N**3 / 240.0,
 )
+# The scale on the central meridian and the false coordinates are parts of the definition of UTM.
 _SCALE = 0.9996
 _FALSE_EAST_M, _FALSE_NORTH_M = 500_000.0, 10_000_000.0
+# Nearer to the poles UTM is not defined.
 LAT_MIN_DEG, LAT_MAX_DEG = -80.0, 84.0
 _BANDS = "CDEFGHJKLMNPQRSTUVWXX"
 

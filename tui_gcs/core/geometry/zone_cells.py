@@ -34,7 +34,7 @@ RESERVE_M = 0.5
 STRAY_M = 2.0
 """A cell counts as reachable if the footprint reaches it although the vehicle is so far off its course: both
 autopilots stray by less (`Firmware.off_course_m` is 1.1 and 1.25 m), and tours are averaged by a little."""
-LEAST_REACH = 0.4
+MIN_REACH_SHARE = 0.4
 """Share of a small footprint that always counts as reaching."""
 MIN_PART_M2 = 1.0
 """Smaller parts of the permitted region are no room for a vehicle."""
@@ -143,7 +143,7 @@ def reachable_cells(
     if region.covers(shapely.box(*bounds(shape))):
         return cells
     centres = cells.centres_m()
-    reach_m = max(footprint_radius_m - STRAY_M, LEAST_REACH * footprint_radius_m)
+    reach_m = max(footprint_radius_m - STRAY_M, MIN_REACH_SHARE * footprint_radius_m)
     seen = _near(region, centres, reach_m)
     if seen.all():
         return cells

@@ -50,6 +50,7 @@ BRAKES_BELOW_M_S = 1.0
 """A course slower than this asks the vehicle to brake, which it always may."""
 MATCH_M_S = 1.0
 """Places of a trajectory may move by this much faster or slower than its velocities."""
+# Barometers wander by decimetres: a vehicle exactly on the edge of its band is inside.
 BAND_TOLERANCE_M = 0.5
 BAND_OVERSHOOT_M = 1.0
 """A braking vehicle may leave the altitude band by this much more."""

@@ -22,6 +22,7 @@ HORIZON_S = 5.0
 GO_ON_STEPS = 2
 """Samples for which a course that passed is flown whatever happens: until it is judged again, and that arrives and
 shows."""
+# From a veto to a vehicle that brakes: the link, and the autopilot's controller.
 BRAKE_DELAY_S = 0.25
 # Measured in the simulator at 8 m/s from order to rest: ArduCopter 13.2 to 13.8 m, PX4 11.9 to 16.7 m. v²/2a would
 # be 12.8 m, this is 18 m.

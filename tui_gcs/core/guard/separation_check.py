@@ -155,7 +155,7 @@ def separation_conflicts(
 
 
 def _pairs(judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bool], limits: Limits) -> _VehiclePairs:
-    """Pairs in the air whose boxes, whatever was decided, come so near that it matters."""
+    """Pairs in the air whose boxes of predicted places, before and after the decisions, are near each other."""
     order = {vehicle: row for row, vehicle in enumerate(judged.ids.tolist())}
     before = np.array([order.get(vehicle, -1) for vehicle in others.ids.tolist()], dtype=np.intp)
     low, high = others.low_m.copy(), others.high_m.copy()

@@ -10,6 +10,7 @@ MAX_SPEED_M_S = 150.0
 SLACK_M = 50.0
 SUSPECTS = 3
 """Positions behind a jump that must agree before any of them is believed (docs/threats.md B.6-100)."""
+# Of latitude, on a sphere: exact enough for a box around a flight.
 _METRES_PER_DEGREE = 111_320.0
 
 

@@ -139,7 +139,7 @@ class Incursions:
     ) -> None:
         """Take all intruders' ENU positions in metres, which are present, and which were met by now.
 
-        `vehicles` are the places of vehicles in the air, by which records name who met an intruder.
+        `vehicles` are the places of vehicles in the air: records name the one that met an intruder.
         """
         for watch in self._now:
             watch.see(xy_m, present, met, self._mission_s, vehicles)

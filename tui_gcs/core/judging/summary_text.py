@@ -9,6 +9,7 @@ from tui_gcs.core.judging.tlog_summary import ArmedSpan, Summary, SystemSummary
 from tui_gcs.core.mavlink.enum_names import severity_name
 
 _HEADINGS = ("id", "kind", "autopilot", "type", "frames", "from s", "to s", "armed s", "modes", "texts")
+# Columns of numbers, which are aligned to the right.
 _RIGHT = frozenset({0, 4, 5, 6, 7, 8, 9})
 _LABEL_WIDTH = 10
 _NO_BREAK = "\u00a0"

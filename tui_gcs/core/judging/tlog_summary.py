@@ -17,6 +17,7 @@ from tui_gcs.core.records.tlog_reader import TlogReader, read_tlog
 
 HEARTBEAT, GPS_RAW_INT, GLOBAL_POSITION_INT, STATUSTEXT = 0, 24, 33, 253
 """MAVLink message ids that the summary looks into; all others are only counted."""
+# GPS_FIX_TYPE_3D_FIX (common.xml).
 FIX_3D = 3
 MAX_TEXTS = 1000
 """Status texts kept per system, because a log may hold a flood of them."""

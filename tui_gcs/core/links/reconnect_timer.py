@@ -2,6 +2,7 @@
 
 from tui_gcs.core.base.clock import Clock
 
+# The first try comes soon, for a program that was restarted; later ones seldom, for one that is gone.
 FIRST_RETRY_S = 1.0
 MAX_RETRY_S = 10.0
 

@@ -14,8 +14,10 @@ from tui_gcs.core.links.send_queue import SendQueue
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.mavlink.sources import Address
 
+# Some frames fit always, however slow the port is: the largest MAVLink 2 frame has 280 bytes.
 MIN_QUEUE_BYTES = 1024
 _MAX_BYTES_PER_READ = 16384
+# 8N1: a start bit, eight bits, a stop bit.
 _BITS_PER_BYTE = 10
 
 

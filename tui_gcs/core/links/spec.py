@@ -15,6 +15,7 @@ DEFAULT_BAUD = 57600
 SERIAL_SHARE = 0.7
 """Share of a serial line that is used: a radio needs the rest for its own protocol and for the other direction."""
 
+# Limits of what an operator types, so that a pasted file ends in one clear line.
 _MAX_TEXT = 1024
 _MAX_BAUD = 12_000_000
 _MAX_RATE = 1_000_000_000

@@ -12,6 +12,7 @@ from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.links.tcp_connection import TcpConnection
 from tui_gcs.core.mavlink.sources import Address
 
+# A host that is switched off answers nothing at all; the system itself would wait for two minutes.
 _CONNECT_TIMEOUT_S = 5.0
 _MAX_BYTES_PER_READ = 16384
 """Taken per `receive`: 1700 telemetry frames."""

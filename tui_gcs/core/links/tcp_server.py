@@ -10,6 +10,7 @@ from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.links.tcp_connection import TcpConnection
 from tui_gcs.core.mavlink.sources import Address
 
+# Each client is a socket and a stream with its own state: a scan must not take all descriptors.
 MAX_CLIENTS = 16
 SILENT_S = 30.0
 """A client that sent nothing for this long makes room for a new one when all places are taken."""

@@ -15,8 +15,11 @@ RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
 """The default buffer holds 256 small datagrams, 37 ms of 250 vehicles; this one 1.46 s. The system may grant less."""
 TROUBLE_S = 3.0
 """A refused send is shown for this long if none follows: UDP does not report that a datagram arrived."""
+# The old socket keeps to an address that this machine does not have any more; a new one is tried at most this often.
 RENEW_GAP_S = 1.0
+# The largest UDP datagram; relays put many frames into one.
 _MAX_DATAGRAM_BYTES = 65535
+# A socket option of Linux (asm-generic/socket.h) for which Python has no name; it counts dropped datagrams.
 _SO_MEMINFO = 55
 _SK_MEMINFO_DROPS = 8
 """Linux: which of the 32-bit numbers of SO_MEMINFO counts the datagrams dropped (linux/sock_diag.h)."""

@@ -1,5 +1,6 @@
 """MAV_CMD numbers, frames and masks that every autopilot shares (MAVLink common.xml)."""
 
+# MAV_CMD numbers of common.xml.
 CMD_TAKEOFF = 22
 CMD_SET_MODE, CMD_CHANGE_SPEED, CMD_DO_REPOSITION = 176, 178, 192
 CMD_MISSION_START = 300

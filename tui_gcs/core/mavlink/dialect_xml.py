@@ -30,6 +30,7 @@ MAX_INCLUDE_DEPTH = 8
 MAX_INCLUDE_CHARS = 4096
 """Length of the path of an included file; a longer one is cut, and so no valid name."""
 MAX_FIELDS = 64  # as MAVLink's own generator
+# The length of a payload is one byte in the frame.
 MAX_PAYLOAD_BYTES = 255
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
 _FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")

@@ -3,9 +3,11 @@
 Numbers and words are MAVLink's own (minimal.xml: MAV_TYPE, MAV_AUTOPILOT; common.xml: MAV_SEVERITY).
 """
 
+# MAV_TYPE (minimal.xml).
 TYPE_GCS = 6
 AUTOPILOT_INVALID = 8
 """MAV_AUTOPILOT_INVALID: the sender is no flight controller."""
+# MAV_AUTOPILOT (minimal.xml).
 AUTOPILOT_ARDUPILOT = 3
 AUTOPILOT_PX4 = 12
 FLAG_ARMED = 128

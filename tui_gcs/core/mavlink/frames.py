@@ -15,10 +15,12 @@ from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.mavlink import dialect
 
+# The first byte of a frame gives its version.
 MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD
 SIGNED = 0x01
 """Incompatibility flag: 13 bytes of signature follow the CRC."""
+# Link id, 6 bytes of time and 6 bytes of hash (docs/threats.md A.1).
 SIGNATURE_BYTES = 13
 _OVERHEAD_V1 = 8  # 6 header, 2 CRC
 _OVERHEAD_V2 = 12  # 10 header, 2 CRC

@@ -52,6 +52,7 @@ FLUSH_S = 0.5
 DIALECT_HINT_AFTER = 20
 """Whole frames of one message with a wrong CRC that are reported as a differing dialect: noise is spread
 (docs/threats.md B.6-13)."""
+# A forger may use any message id: only so many are counted one by one.
 MAX_COUNTED_IDS = 64
 
 SlotsAt = dict[Address, dict[bytes, Slot]]

@@ -6,6 +6,7 @@ in bits 16-23, sub mode in bits 24-31 (px4_custom_mode.h).
 
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
+# MAV_TYPE: which of ArduPilot's vehicles a type flies as, since each numbers its modes in its own way.
 _COPTER_TYPES = frozenset({2, 3, 4, 13, 14, 15, 29, 35, 43})
 _PLANE_TYPES = frozenset({1, 7, 16, 17, 19, 20, 21, 22, 23, 24, 25, 28})
 _ROVER_TYPES = frozenset({10, 11})
@@ -98,6 +99,7 @@ _SUB = {
     21: "SURFTRAK",
 }
 _ARDUPILOT = ((_COPTER_TYPES, _COPTER), (_PLANE_TYPES, _PLANE), (_ROVER_TYPES, _ROVER), (_SUB_TYPES, _SUB))
+# PX4: custom_mode is main mode << 16 | sub mode << 24 (docs/autopilots.md "Modes of PX4").
 _PX4_MAIN = {
     1: "MANUAL",
     2: "ALTCTL",

@@ -39,8 +39,10 @@ MAX_STREAMS = 64
 """Streams per key holder: 4 components on 16 links; autopilots keep 16 in all."""
 MAY_BE_UNSIGNED = frozenset({109})
 """RADIO_STATUS: SiK radios insert it and cannot sign. No other message is believed unsigned once there is a key."""
+# Message id. It carries the key itself, so it is never logged and never forwarded.
 SETUP_SIGNING = 256
 
+# Only MAVLink 2 can be signed; bit 0 of the incompatibility flags marks it.
 _MAGIC = 0xFD
 _SIGNED = 0x01
 _HEADER_BYTES, _CRC_BYTES, _SIGNATURE_BYTES = 10, 2, 13

@@ -16,6 +16,7 @@ from tui_gcs.core.plans.model import PlanItem, PlanKind
 Params = tuple[float | None, float | None, float | None, float | None]
 VERSION = 1
 MAX_BYTES = 32 << 20
+# System ids are one byte, and 0 is all systems.
 MAX_VEHICLES = 255
 
 

@@ -20,6 +20,7 @@ from tui_gcs.core.plans.model import (
 
 Degrees = tuple[float, float]
 """Latitude and longitude in degrees."""
+# PX4 refuses a polygon of fewer corners with ERROR.
 MIN_CORNERS = 3
 _OTHER_SIDE = {POLYGON_IN: POLYGON_OUT, POLYGON_OUT: POLYGON_IN, CIRCLE_IN: CIRCLE_OUT, CIRCLE_OUT: CIRCLE_IN}
 

@@ -14,6 +14,7 @@ from tui_gcs.core.plans.model import FenceShape, Plan, PlanItem, PlanKind, fence
 MAX_DIFFERENCES = 10
 PARAM_TOLERANCE = 1e-5
 """The relative tolerance of a parameter: float32 has 6e-8, and degrees to radians and back cost some more."""
+# Angles come back as 32-bit floats.
 YAW_TOLERANCE_DEG = 1e-3
 PLACE_TOLERANCE = 1
 """The tolerance of a place in 1e-7 degrees: PX4 stores degrees as float64."""

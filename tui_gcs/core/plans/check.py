@@ -32,9 +32,11 @@ MIN_HEIGHT_M, MAX_HEIGHT_M = -10_000.0, 83_000.0
 """Heights: below the Dead Sea, and what ArduPilot can store."""
 MAX_PARAM = 3.4e38
 """The largest number that a float32 can hold: parameters travel as float32."""
+# x and y of MISSION_ITEM_INT are int32.
 MIN_INT32 = -(2**31)
 NEEDS_NUMBERS = FENCE_COMMANDS | {JUMP}
 """Commands that need numbers as their first two parameters."""
+# Nearer to a pole a degree of longitude is shorter than the flat local frame can bear.
 POLE_DEG = 89.9
 MAX_RADIUS_M = 1_000_000.0
 METRES_PER_DEG = 111_195.0
@@ -56,7 +58,7 @@ class PlanProblem:
 def check(plan: Plan) -> list[PlanProblem]:
     """Return what is wrong with `plan`, the first `MAX_PROBLEMS`; [] if nothing is."""
     if len(plan.items) > MAX_ITEMS:
-        return [PlanProblem(None, f"{len(plan.items)} items, the most are {MAX_ITEMS}")]
+        return [PlanProblem(None, f"{len(plan.items)} items, at most {MAX_ITEMS} are allowed")]
     found = [PlanProblem(i, text) for i, item in enumerate(plan.items) if (text := item_problem(plan.kind, item))]
     if not found and plan.kind is PlanKind.MISSION:
         found = _jumps(plan.items)

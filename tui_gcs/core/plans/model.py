@@ -11,11 +11,14 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
 
+# MAV_CMD of items that have a place (common.xml).
 WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = range(16, 23)
 LOITER_TO_ALT, SPLINE, VTOL_TAKE_OFF, VTOL_LAND, PAYLOAD_PLACE = 31, 82, 84, 85, 94
 NAV_LAST = 95
 """MAV_CMD_NAV_LAST: commands below fly or wait, those above are done on the way."""
+# MAV_CMD of items that change what follows, and have no place to fly to.
 DELAY, JUMP, ROI_LOCATION = 93, 177, 195
+# Items of fences; param1 is the number of corners of a polygon, or the radius of a circle.
 FENCE_RETURN, POLYGON_IN, POLYGON_OUT, CIRCLE_IN, CIRCLE_OUT = range(5000, 5005)
 RALLY_POINT = 5100
 

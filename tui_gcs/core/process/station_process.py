@@ -49,6 +49,7 @@ from tui_gcs.core.signing.timestamp_store import TimestampStore
 from tui_gcs.core.station.parts import StationConfig
 from tui_gcs.core.station.station import Station
 
+# Set-points leave every 100 ms: two ticks, so that none is late by a whole period.
 TICK_S = 0.05
 CPU_GAP_S = 0.2
 """How often the waiting of planner workers for CPU time is read: some files of /proc each."""
@@ -60,6 +61,7 @@ PART_S = 0.001
 """After this much of a tick requests are answered; the whole tick of a small fleet is shorter."""
 BUSY_DATAGRAMS_PER_S = 400.0
 """From this load on reading by the clock is cheaper than waking up for each datagram."""
+# Exit code for a mistake in the command line or its surroundings: the supervisor does not try again.
 CANNOT_START = 2
 
 log = logging.getLogger("tui_gcs.station")

@@ -118,7 +118,7 @@ class ParamRow(Message, frozen=True):
 
 
 class ParamInfoRow(Message, frozen=True):
-    """What a vehicle says about one of its parameters; None or empty where it says nothing."""
+    """A vehicle's own description of one of its parameters; None or empty where it gives none."""
 
     name: str
     text: str = ""
@@ -270,7 +270,7 @@ class GetParams(Request, frozen=True, tag="get-params"):
 
 
 class GetParamInfos(Request, frozen=True, tag="get-param-infos"):
-    """What a vehicle says about these parameters, as far as it was fetched (`ServiceReply.param_infos`)."""
+    """A vehicle's own descriptions of these parameters, as far as fetched (`ServiceReply.param_infos`)."""
 
     vehicle: int
     names: tuple[str, ...]

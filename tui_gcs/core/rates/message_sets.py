@@ -87,6 +87,7 @@ _FULL = {
     168: 0.1,
     231: 0.1,
 }
+# Each set is for a link with less room; the numbers are Hz by message id.
 _NORMAL = _FULL | {33: 4.0, 245: 1.0, 193: 0.2, 230: 0.2, 65: 0.2}
 _MINIMAL = {33: 2.0, 245: 1.0, 1: 0.5, 24: 0.2, 147: 0.1}
 _LEAN = {33: 1.0, 245: 0.5, 1: 0.2, 24: 0.2, 147: 0.1}

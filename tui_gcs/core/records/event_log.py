@@ -24,8 +24,6 @@ class EventLog:
         self._listeners: list[Callable[[JournalEvent], None]] = []
         self._last_reported: dict[tuple[str, str], tuple[float, int, float]] = {}
         """By (source, text or `same`): when it was reported, how many repeats since, and for how long not again, s."""
-        self.suppressed = 0
-        """Repeats that `report` dropped because of `every_s`."""
 
     def listen(self, listener: Callable[[JournalEvent], None]) -> None:
         """Call `listener` for every event from now on."""
@@ -53,7 +51,6 @@ class EventLog:
             key = (source, same or text)
             reported_s, more, gap_s = self._last_reported.get(key, (-math.inf, 0, every_s))
             if now - reported_s < gap_s:
-                self.suppressed += 1
                 self._last_reported[key] = (reported_s, more + 1, gap_s)
                 return False
             # A flood of different texts must not grow the table without bound; after clearing each text is reported

@@ -18,6 +18,7 @@ JUMP_US = 3 * 24 * 3600 * 1_000_000
 """A time farther than this from its neighbours is damaged (Mission Planner and pymavlink use three days, too)."""
 _LOOK_AHEAD = 2
 _TIME = struct.Struct(">Q")
+# A record is a big-endian time in microseconds since 1970, and one frame: what Mission Planner and MAVProxy write.
 _TIME_BYTES = 8
 _CHUNK_BYTES = 1 << 20
 _MARGIN_BYTES = 512

@@ -12,6 +12,7 @@ from tui_gcs.core.records.appender import FileAppender
 
 _SETUP_SIGNING = b"\x00\x01\x00"
 """Message id 256 in bytes 7 to 9 of a version 2 frame; version 1 has no room for it."""
+# The year 2096. A wall clock that is set wrong must not make a file that cannot be written.
 _MAX_WALL_S = 4e9
 _TIME = struct.Struct(">Q")
 

@@ -1,4 +1,4 @@
-"""Requests: what consoles, workers and scripts may ask of a station, and who may ask it.
+"""Requests: what consoles, workers and scripts may ask of a station, by the role of each.
 
 Entry point: `frontend.attach_frontend(station)`; from then on `request_router.RequestRouter` answers every request
 by one table: struct type -> handler, with the access that it needs. Handlers take a frozen `context.RequestContext`.

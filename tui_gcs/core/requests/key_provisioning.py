@@ -21,6 +21,7 @@ from tui_gcs.core.station.assembly import StationParts
 
 CODE_S = 60.0
 """Seconds for which a code can be used."""
+# Read from one screen and typed on another: short, and valid for a short time only.
 CODE_CHARACTERS = 6
 ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # no I, O, 0, 1: they look alike on a screen
 """Characters that cannot be mistaken for each other on a screen."""

@@ -1,8 +1,9 @@
 """Missions that would meet: checked before the station lets vehicles fly what they hold.
 
-Two real ArduCopters on one mission met at 0 m, and nothing had been said at the start. Missions that begin together are
-compared in space and time, one that begins while another is flown in space only: how far that one is, is not known to
-the second. Only missions that were read or put on board are known; in flight `flight.mission_separation` watches all.
+Two real ArduCopters on one mission met at 0 m, and nothing had warned at the start. Missions that begin together are
+compared in space and time. One that begins while another is flown is compared in space only, because it is not known to
+the second how far the other one is. Only missions that were read or put on board are known; in flight
+`flight.mission_separation` watches all.
 """
 
 import math

@@ -9,6 +9,7 @@ from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.services import Details
 from tui_gcs.core.station.assembly import StationParts
 
+# Message ids (common.xml).
 ATTITUDE, VFR_HUD = 30, 74
 FAST_S, SLOW_S = 5.0, 30.0
 """Telemetry older than this is not shown: of attitude and speed, and of values that change slowly."""

@@ -130,7 +130,7 @@ class VehicleRequests:
         return self._follow(task, job) if job is not None and not job.over else ""
 
     def _begin_settings(self, vehicle: Vehicle, request: s.SetParams, task: Task, unknown: str) -> None:
-        """Set the values; `unknown` is why their ranges are not known, which is said with the result."""
+        """Set the values; `unknown` is why their ranges are not known, for the result's remark."""
         remark = f"range not checked: {unknown}" if unknown else ""
         ended: list[ParamSetting] = []
 
@@ -327,7 +327,7 @@ def param_rows(params: ParamService, vehicle: int, names: tuple[str, ...] | None
 
 
 def param_info_rows(params: ParamService, vehicle: int, names: tuple[str, ...]) -> list[s.ParamInfoRow]:
-    """Rows of what a vehicle says about these parameters, without those that it says nothing about."""
+    """Rows of a vehicle's own descriptions of these parameters, without those that it does not describe."""
     infos = params.info(vehicle)
     return [
         s.ParamInfoRow(

@@ -31,7 +31,7 @@ Metres = NDArray[np.float64]
 
 
 class LayerError(ValueError):
-    """The altitude band has no room for the layers that are needed; one line that says what would help."""
+    """The altitude band has no room for the layers that are needed; one line with what would help."""
 
 
 def with_layers(

@@ -59,6 +59,7 @@ from tui_gcs.core.scenario.vehicle_conflicts import braking_limits
 
 FORMAT = 1
 """The version of the file format, which is the file's `format` key."""
+# Limits of a file that may come from anywhere: a mistake is one line within a second, never a hang.
 MAX_BYTES = 256 * 1024
 MAX_LINE_CHARS = 8192
 MAX_PROBLEMS_LISTED = 50
@@ -67,6 +68,7 @@ GATE_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}_(min|max)"
 """Pattern of a gate in `[results.metrics]`: the name of a planner's metric with `_min` or `_max`."""
 MAX_GATE = 1e12
 MAX_TASKS = 200
+# 254 is all that one network can hold: system id 255 is the station, 0 is all systems.
 MAX_ROUNDS, MAX_ZONES, MAX_TEAMS, MAX_VEHICLES, MAX_VERTICES = 64, 64, 32, 254, 1000
 MAX_SYSTEM_ID = 254
 """The highest system id of a vehicle: by MAVLink convention 255 is a ground station."""

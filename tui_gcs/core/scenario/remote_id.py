@@ -9,6 +9,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario.fields import Point, Table, shown, shown_key
 from tui_gcs.core.scenario.model import OperatorId
 
+# Lengths of OPEN_DRONE_ID_BASIC_ID, OPERATOR_ID and SELF_ID (ASTM F3411).
 MAX_ID_CHARS, MAX_DESCRIPTION_CHARS = 20, 23
 MIN_ALT_M, MAX_ALT_M = -1000.0, 31_767.0
 """The range of heights of ASTM F3411; -1000 itself means that the height is unknown."""

@@ -71,15 +71,15 @@ class TimeResponder:
 
 @dataclass(frozen=True)
 class LinkTiming:
-    """The round trip to a vehicle, and how far its clock is from the station's."""
+    """The round trip to a vehicle.
+
+    The offset of its clock is not kept: freshness is the time of arrival (docs/architecture.md, "Time").
+    """
 
     rtt_s: float
     """The newest round trip."""
     best_rtt_s: float
     """The shortest round trip of the last minute."""
-    offset_s: float
-    """The vehicle's time (since its boot, or the epoch) minus the station's, from the quickest answer of the last
-    minute. It is displayed, never used: freshness is the time of arrival (docs/architecture.md, "Time")."""
     age_s: float
 
 
@@ -89,8 +89,8 @@ class _ClockRecord:
     """Station time of the requests under way, by their ts1."""
     next_s: float = -math.inf
     gap_s: float = FIRST_GAP_S
-    heard: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=MAX_MEASUREMENTS))
-    """(station time, round trip, offset) of the newest answers."""
+    heard: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=MAX_MEASUREMENTS))
+    """(station time, round trip) of the newest answers."""
 
 
 class LinkTimingService:
@@ -111,9 +111,9 @@ class LinkTimingService:
         record = self._records.get(vehicle.id)
         if record is None or not record.heard:
             return None
-        when, rtt_s, _ = record.heard[-1]
-        _, best_rtt_s, offset_s = min(record.heard, key=lambda entry: entry[1])
-        return LinkTiming(rtt_s, best_rtt_s, offset_s, self._context.clock.now() - when)
+        when, rtt_s = record.heard[-1]
+        best_rtt_s = min(one_s for _, one_s in record.heard)
+        return LinkTiming(rtt_s, best_rtt_s, self._context.clock.now() - when)
 
     def round_trips(self, vehicle: int) -> RoundTrips | None:
         """The shortest and the longest round trip of the last minute in seconds; None if nothing was measured.
@@ -123,7 +123,7 @@ class LinkTimingService:
         record = self._records.get(vehicle)
         if record is None or not record.heard:
             return None
-        times_s = sorted(rtt_s for _, rtt_s, _ in record.heard)
+        times_s = sorted(rtt_s for _, rtt_s in record.heard)
         return times_s[0], times_s[-2] if len(times_s) > 2 else times_s[-1]
 
     def tick(self) -> None:
@@ -156,7 +156,7 @@ class LinkTimingService:
         )
 
     def _on_timesync(self, vehicle: Vehicle, fields: Fields) -> None:
-        """Take an answer. The vehicle's time counts as that of the middle of the round trip."""
+        """Take an answer to a request of ours."""
         # The target of the answer is not looked at: PX4 sends what happens to be in its memory (measured on 1.16.1).
         if fields["tc1"] == 0:
             return
@@ -168,7 +168,7 @@ class LinkTimingService:
         now = self._context.clock.now()
         rtt_s = now - asked_s
         if rtt_s <= MAX_RTT_S:
-            record.heard.append((now, rtt_s, fields["tc1"] / 1e9 - (asked_s + now) / 2))
+            record.heard.append((now, rtt_s))
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._records.pop(vehicle.id, None)

@@ -5,13 +5,12 @@ One passphrase gives different keys: Mission Planner and MAVProxy hash it once, 
 
 import hashlib
 import re
-from typing import Literal, get_args
+from typing import Literal
 
 from tui_gcs.core.mavlink.signing import KEY_BYTES
 from tui_gcs.core.signing.private_files import KeyStoreError
 
 Form = Literal["hex", "mavproxy", "missionplanner", "qgc"]
-FORMS: tuple[Form, ...] = get_args(Form)
 MAX_CHARACTERS = 1024
 """Longer texts are refused."""
 # From QGroundControl's source of 2026, src/MAVLink/Signing/MAVLinkSigningKeys.h; until 2025 it hashed once.

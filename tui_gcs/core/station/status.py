@@ -123,6 +123,7 @@ def _dropped(parts: StationParts) -> dict[str, int]:
     counts["plan for an older task"] = sum(controller.ignored for controller in controllers)
     counts["notes of planners: too many"] = sum(controller.dropped_notes for controller in controllers)
     counts["clients of links: all places taken"] = sum(link.refused_clients for link in comms.links.values())
+    counts["TIMESYNC and PING: too many"] = comms.time_responder.ignored
     counts["frames not recorded"] = parts.records.recorder.dropped
     return {reason: count for reason, count in counts.items() if count}
 

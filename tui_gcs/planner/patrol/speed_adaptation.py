@@ -84,7 +84,9 @@ class SpeedAdaptation:
         return gap_s
 
     def blame(self, before: float, vehicle: int, owners: Container[int]) -> None:
-        """Remember who caused a step from the share `before`; once that one has no slot, the next look tries faster.
+        """Remember the vehicle that caused a step down from the share `before`.
+
+        Once that one has no slot any more, the next look tries faster.
 
         `vehicle` is the one that is farthest off course now, `owners` are those with slots.
         """

@@ -1,7 +1,7 @@
-"""The network between instances of a planner that runs once on each vehicle: who hears whom, losses and delays.
+"""The network between instances of a planner that runs once on each vehicle: range, losses and delays.
 
 Every vehicle within range hears two things: beacons with the state of its neighbours, one a step, and messages. Both
-are lost and delayed as the scenario says. All chance comes from one seeded generator, so that lock-step runs repeat.
+are lost and delayed at the scenario's rates. All chance comes from one seeded generator, so that lock-step runs repeat.
 """
 
 from collections import deque

@@ -93,7 +93,6 @@ class FlightRecord:
         self.separation: list[tuple[float, float]] = []
         """(mission time, smallest of max(horizontal / limit, vertical / limit) over all pairs in the air)."""
         self.begin_s = math.nan
-        self._first_s = self._last_s = math.nan
         self._grids: list[IdlenessGrid] = []
         self._fills: list[PositionInterpolator] = []
         self._returning = False
@@ -103,11 +102,6 @@ class FlightRecord:
         bus.subscribe(keys.STATUS, lambda _, data: self._on_status(decode(data, StationStatus)))
         bus.subscribe(keys.EVENT, lambda _, data: self._on_event(decode(data, JournalEvent)))
         bus.subscribe(keys.PLAN.format(team="*"), lambda _, data: self._on_plan(decode(data, TeamPlan)))
-
-    @property
-    def simulated_s(self) -> float:
-        """Time from the first frame to the last: before the start, all rounds, the way back and landing."""
-        return self._last_s - self._first_s
 
     def _on_status(self, status: StationStatus) -> None:
         self._returning = status.run in (RunPhase.RETURNING, RunPhase.IDLE)
@@ -141,9 +135,6 @@ class FlightRecord:
         self.rounds.append(RoundRecord(round_, status.t_s, zones))
 
     def _on_frame(self, frame: FleetFrame) -> None:
-        self._last_s = frame.t_s
-        if math.isnan(self._first_s):
-            self._first_s = frame.t_s
         if not self.rounds or self._returning:
             return
         rows = frame.rows()

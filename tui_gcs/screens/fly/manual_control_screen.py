@@ -72,7 +72,6 @@ class ManualControlScreen(ModalScreen[None]):
         self._ask = ask
         self._hold = hold
         self._clock = clock
-        self._glyphs = glyphs
         self._speed = 1
         self._sent_s = self._key_s = clock.now()
         self._problem = ""

@@ -1,4 +1,4 @@
-"""The panel that explains one parameter: meaning, unit, limits, default, and who holds which value."""
+"""The panel that explains one parameter: meaning, unit, limits, default, and the vehicles by their values."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,7 @@ class ParameterDetail(LinesView):
     def show(
         self, parameter: FleetParameter | None, info: ParamInfoRow | None, outcome: Sequence[tuple[str, Ink]]
     ) -> None:
-        """Show this parameter, what its vehicle says about it, and the lines of the last change's `outcome`."""
+        """Show this parameter, its vehicle's own description of it, and the lines of the last change's `outcome`."""
         self._parameter, self._outcome = parameter, outcome
         self._info = info if parameter is not None and info is not None and info.name == parameter.name else None
         set_title(self, parameter.name if parameter is not None else "parameter")

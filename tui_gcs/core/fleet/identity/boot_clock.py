@@ -28,7 +28,9 @@ MIN_DELAY_S = 2.0
 MAX_CLOCK_DRIFT = 0.03
 """The vehicle's clock may run slower than the station's by this share, so a delay that grows no faster is not noticed.
 A constant delay is taken for the path's own in the end, since a paused simulator looks the same."""
+# time_boot_ms is an uint32: it begins again at 0 after 49.7 days, which is no reboot.
 WRAP_MS = 2**32
+# One minute before and after that moment a step back may be the wrap; at any other time it is a reboot.
 NEAR_WRAP_MS = 60_000
 
 

@@ -8,6 +8,7 @@ from tui_gcs.core.fleet.identity.boot_clock import BootClock
 from tui_gcs.core.fleet.identity.path_correlation import PathCorrelation
 from tui_gcs.core.mavlink.sources import Slot, Source, Stream
 
+# Message ids. HIGH_LATENCY2 takes the place of all others on satellite links (docs/autopilots.md C9).
 HEARTBEAT, GLOBAL_POSITION_INT, HIGH_LATENCY2 = 0, 33, 235
 
 

@@ -72,6 +72,7 @@ MAX_UNANSWERED_REQUESTS = 7
 """A path that did not answer this many requests is taken for its system id, unproven: it may be all that is left of it.
 """
 
+# Message ids (minimal.xml, common.xml).
 HEARTBEAT, AUTOPILOT_VERSION = 0, 148
 
 

@@ -13,6 +13,7 @@ from typing import Any
 from tui_gcs.core.fleet.telemetry import struct_reader
 from tui_gcs.core.fleet.vehicle import Vehicle
 
+# Message id, and GPS_FIX_TYPE_3D_FIX: below it the receiver has no height.
 GPS_RAW_INT, MIN_FIX = 24, 3
 _GPS = struct_reader("16xi8xB9xI")
 """Height above mean sea level (mm), kind of fix, and vertical accuracy (mm; 0 if not reported) of GPS_RAW_INT."""

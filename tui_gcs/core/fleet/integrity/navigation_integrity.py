@@ -37,5 +37,5 @@ class NavigationIntegrityMonitor:
         ]
 
     def answer(self, vehicle: int) -> None:
-        """Record that it was made to hold. An operator who commands it again afterwards means it."""
+        """Record that it was made to hold: what an operator orders after that is meant, and is not undone again."""
         self._answered.add(vehicle)

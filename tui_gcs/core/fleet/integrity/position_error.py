@@ -10,6 +10,7 @@ from tui_gcs.core.fleet.identity.path_correlation import distance_m
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.mavlink.sources import Slot
 
+# Message id: a vehicle with two receivers flies by the other one where the first has no fix.
 GPS2_RAW = 124
 MIN_FIX = 3
 """GPS_FIX_TYPE_3D_FIX."""

@@ -5,6 +5,7 @@ import zlib
 from dataclasses import dataclass
 from enum import IntEnum
 
+# FILE_TRANSFER_PROTOCOL.payload: 12 bytes of head and at most 239 of data (docs/autopilots.md C10).
 PAYLOAD_BYTES = 251
 DATA_BYTES = 239
 """How many bytes of a file one packet carries."""

@@ -11,6 +11,7 @@ from tui_gcs.core.services.files.ftp_codec import Nak, Op, Packet, crc_fits
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue, OnReply
 from tui_gcs.core.services.files.ftp_read import MAX_WAITS, SESSION_WAIT_S, check_path
 
+# A vehicle that is broken, or a forger, could go on listing for ever.
 MAX_ENTRIES = 5000
 NAME_CELLS = 200
 CHECK_BYTES = 4 << 20

@@ -18,6 +18,7 @@ WINDOW_BYTES = 512 << 10
 """Data farther than this behind the first gap are dropped: two bursts of the longest kind."""
 WIDE_GAP_BLOCKS = 64
 """A longer gap is requested by another burst, though ArduPilot's burst then repeats what follows the gap."""
+# A vehicle may be gone in the middle of a file: it is not asked for ever.
 MAX_SILENT_BURSTS = 20
 MAX_WAITS, SESSION_WAIT_S = 4, 3.3
 """ArduPilot gives another station's session away after 3 s without a request."""

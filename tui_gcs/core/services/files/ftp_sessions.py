@@ -17,6 +17,7 @@ from tui_gcs.core.uplink.jobs import Job
 MESSAGE = "FILE_TRANSFER_PROTOCOL"
 CHANGES = frozenset({Op.CREATE, Op.WRITE, Op.REMOVE})
 """Requests that change a vehicle: they leave as an action, which the guard checks."""
+# Sequence number (2 bytes) and session (1 byte) come before the opcode.
 _OP_AT = 3
 
 Done = Callable[[Job], None] | None

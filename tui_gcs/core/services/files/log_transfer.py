@@ -22,7 +22,9 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.byte_ranges import ByteRanges
 
 MAX_LOGS = 4096
+# LOG_REQUEST_LIST.end: all logs (common.xml).
 LAST = 0xFFFF
+# Time for the first LOG_ENTRY; the second number is for slow links.
 WAIT_S, SLOW_WAIT_S = 2.0, 4.0
 QUIET_S, SLOW_QUIET_S = 0.6, 2.0
 SILENT_TRIES, MAX_ROUNDS = 3, 20

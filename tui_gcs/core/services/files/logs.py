@@ -1,7 +1,7 @@
 """Lists, downloads and erases the logs of vehicles.
 
 logs.list(1, on_done=lambda job: print(job.entries))
-logs.download(1, entry)         # job.path, job.done of job.total, job.rate_bytes_s
+logs.download(1, entry)         # job.path, job.done of job.total
 """
 
 from collections.abc import Callable
@@ -16,6 +16,7 @@ from tui_gcs.core.uplink.jobs import Job
 
 ERASE_LOOK_S, ERASE_LONGEST_S = 3.0, 90.0
 """How often after erasing the list is read, and how long: a flash chip takes its time."""
+# LOG_ERASE is never acknowledged (docs/autopilots.md): that the list is empty is the only proof.
 ERASE_COPIES = 3
 
 Done = Callable[[Job], None] | None

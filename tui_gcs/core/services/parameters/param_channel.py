@@ -17,6 +17,7 @@ from tui_gcs.core.services.parameters.param_cache import CacheKey, ParamCache
 from tui_gcs.core.services.parameters.param_values import Number, Parameter, ParamValueError, wire_value
 
 PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
+# PARAM_REQUEST_READ.param_index: the name counts (common.xml).
 BY_NAME = -1
 HEADER_V1, HEADER_V2 = 6, 10
 """Length of a frame's header: the payload begins with `param_value`."""

@@ -15,6 +15,7 @@ from tui_gcs.core.services.parameters.param_values import Number, Parameter, sam
 READ_TRIES, SET_TRIES = 10, 5
 """How often a parameter is requested and set: reads belong to the stop class, sets are tried three to five times
 (docs/threats.md C.4)."""
+# Time between two copies of a question; the second number is for slow links.
 GAP_S, SLOW_GAP_S = 0.5, 1.5
 AT_ONCE, SLOW_AT_ONCE = 10, 3
 """How many names may be requested and not answered yet; QGroundControl allows 10, too (docs/autopilots.md C4)."""

@@ -19,13 +19,16 @@ from tui_gcs.core.uplink.jobs import Job
 HASH_TRIES, HASH_WAIT_S = 3, 1.0
 FTP_TRIES = 5
 """How often the first FTP request is sent: a vehicle without files is silent, and there are other ways."""
+# ArduPilot answers questions by name with this index, and PX4 its hash: no progress of the list.
 NO_INDEX = 65535
+# ArduPilot has 1,327 parameters, PX4 886 (measured); the count is an uint16 that a forger may set.
 MAX_COUNT = 4096
 LIST_TRIES = 4
 FIRST_WAIT_S, SLOW_FIRST_WAIT_S = 3.0, 6.0
 """How long the first value may take: ArduPilot needs up to 4.5 s for all of them while it boots."""
 QUIET_S, SLOW_QUIET_S = 0.7, 2.5
 """Silence after which the stream is over; PX4 sends 8 values a second over a radio (docs/autopilots.md C4)."""
+# QGroundControl has 10 questions in flight, too (docs/autopilots.md C4).
 AT_ONCE, SLOW_AT_ONCE = 10, 3
 ASK_GAP_S, SLOW_ASK_GAP_S = 0.25, 1.5
 """How long an answer is waited for before an index is requested again."""
@@ -49,7 +52,6 @@ class ParamFetchJob(FtpReaderJob):
         self.notes: list[str] = []
         """Why the ways tried before failed."""
         self._vehicle: Vehicle | None = None
-        self._next: Callable[[], None] | None = None
         self._hash_name = ""
         self._hash: int | None = None
         self._hash_tries = self._hash_due_s = 0.0

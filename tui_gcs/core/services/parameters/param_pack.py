@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number, Parameter, ParamType
 
+# docs/autopilots.md D: without and with the default of each parameter.
 MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
 MAX_BYTES = 1 << 18
 """The longest file that is read: 4096 names with 4 bytes of value and default are shorter."""

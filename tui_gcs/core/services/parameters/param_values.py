@@ -14,6 +14,7 @@ from tui_gcs.core.base.float32 import to_float32
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameter_transport import Encoding
 
+# param_id ends in NUL only if it is shorter (docs/autopilots.md C4).
 NAME_BYTES = 16
 
 

@@ -6,6 +6,7 @@ from tui_gcs.core.services.payload.devices import PayloadDevices
 from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands, ignore
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
+# MAV_CMD. 203 is ArduPilot's older trigger, for autopilots without a camera that speaks MAVLink.
 DIGICAM_CONTROL, IMAGE_START_CAPTURE = 203, 2000
 VIDEO_START_CAPTURE, VIDEO_STOP_CAPTURE = 2500, 2501
 UNSUPPORTED = 3

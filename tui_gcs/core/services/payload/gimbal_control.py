@@ -15,7 +15,9 @@ from tui_gcs.core.services.payload.gimbal_state import POINTING_TIMEOUT_S, Gimba
 from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands, ignore, without_action
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
+# MAV_COMP_ID_MISSIONPLANNER, by convention that of ground stations (docs/autopilots.md C7).
 STATION_COMPONENT = 190
+# MAV_CMD (common.xml).
 SET_ROI_LOCATION, SET_ROI_NONE = 195, 197
 GIMBAL_PITCH_YAW, GIMBAL_CONFIGURE = 1000, 1001
 GIMBAL_DEVICE_ATTITUDE_STATUS = 285

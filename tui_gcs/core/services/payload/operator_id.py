@@ -15,11 +15,13 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.scenario.model import OperatorId
 from tui_gcs.core.services.context import ServiceContext
 
+# ASTM F3411: SYSTEM at least once a second, the other messages every 3 s (docs/autopilots.md C11).
 SYSTEM_GAP_S, OTHERS_GAP_S = 1.0, 3.0
 ODID_EPOCH_S = 1_546_300_800
 """OPEN_DRONE_ID_SYSTEM counts its seconds from 2019-01-01 00:00 UTC."""
 PLACE_IS_FIXED = 2
 """MAV_ODID_OPERATOR_LOCATION_TYPE: a fixed place that was typed in, not measured."""
+# The value for an unknown altitude in all messages of Remote ID (common.xml).
 UNKNOWN_ALT_M = -1000.0
 SERIAL_NUMBER, MULTIROTOR = 1, 2
 """MAV_ODID_ID_TYPE and MAV_ODID_UA_TYPE."""

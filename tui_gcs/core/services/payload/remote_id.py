@@ -23,7 +23,6 @@ GOOD_TO_ARM = 0
 """A value of MAV_ODID_ARM_STATUS."""
 UNKNOWN_ALT_M = -1000.0
 """MAVLink's value for an unknown altitude."""
-UNKNOWN_DIRECTION, UNKNOWN_SPEED = 36100, 25500
 
 
 @dataclass
@@ -37,8 +36,6 @@ class RemoteId:
     lon_deg: float = NAN
     alt_m: float = NAN
     """Above the ellipsoid (WGS-84)."""
-    direction_deg: float = NAN
-    speed_m_s: float = NAN
     operator_lat_deg: float = NAN
     operator_lon_deg: float = NAN
     component: int = 0
@@ -95,8 +92,6 @@ class RemoteIdService:
         entry = self._entry(vehicle, component, fields)
         entry.lat_deg, entry.lon_deg = _place(fields["latitude"], fields["longitude"])
         entry.alt_m = _known(fields["altitude_geodetic"], UNKNOWN_ALT_M)
-        entry.direction_deg = fields["direction"] / 100 if fields["direction"] < UNKNOWN_DIRECTION - 100 else NAN
-        entry.speed_m_s = fields["speed_horizontal"] / 100 if fields["speed_horizontal"] < UNKNOWN_SPEED else NAN
 
     def _system(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         entry = self._entry(vehicle, component, fields)

@@ -10,7 +10,6 @@ from tui_gcs.core.firmware.health import (
     flight_mode,
     problems,
     problems_in_flight,
-    sinking_stick,
 )
 from tui_gcs.core.fleet.fleet import Fields, VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -61,13 +60,6 @@ class HealthService:
         blocking = [problem for problem in found if problem.blocks]
         others = [problem for problem in found if not problem.blocks]
         return Health(not blocking, tuple(dict.fromkeys([*blocking, *others])))
-
-    def sinking_stick(self, vehicle: Vehicle) -> str:
-        """Return why a mode that reads the throttle stick would lose height, or "".
-
-        Call it before LOITER and similar modes.
-        """
-        return sinking_stick(vehicle, _Newest(self._fleet, vehicle, self._clock.now()))
 
     def _others(self, vehicle: Vehicle, now: float) -> list[HealthProblem]:
         freshness = vehicle.freshness(now)

@@ -1,7 +1,7 @@
 """The autopilot's own command line (SERIAL_CONTROL): one user for each vehicle, lines in, cleaned lines out.
 
 The autopilot carries out whatever is typed there. So typing is refused while a vehicle is armed, unless forced, and
-every line is in the journal. Nothing is repeated: the operator who sees no answer types a lost line again.
+every line is in the journal. Nothing is repeated: where no answer comes the operator types the line again.
 """
 
 from collections import Counter, deque

@@ -66,8 +66,6 @@ class ArmingReport:
     checks: tuple[ArmingCheck, ...]
     can_arm: int
     """The groups of modes in which it can arm, as bits."""
-    can_run: int
-    """The groups of modes it can change to, as bits."""
     t_s: float
 
 
@@ -395,16 +393,15 @@ class VehicleEvents:
 
     def _report_until(self, record: _EventRecord, end: int) -> ArmingReport | None:
         checks: list[ArmingCheck] = []
-        can_arm = can_run = -1
+        can_arm = -1
         for back in range(MAX_KEPT):
             fields, decoded = record.kept.get((end - back) % _ALL, (None, None))
             if fields is None or decoded is None:
                 return None
             if decoded.group == ARMING and decoded.type == SUMMARY and len(decoded.values) >= 5:
-                chunk, _, _, arm, run = (int(value) for value in decoded.values[:5])
-                can_arm, can_run = can_arm & arm, can_run & run
+                chunk, can_arm = int(decoded.values[0]), can_arm & int(decoded.values[3])
                 if chunk == 0:
-                    return ArmingReport(tuple(reversed(checks)), can_arm, can_run, self._context.clock.now())
+                    return ArmingReport(tuple(reversed(checks)), can_arm, self._context.clock.now())
             elif decoded.group in (ARMING, HEALTH) and decoded.type != SUMMARY and decoded.values:
                 checks.append(ArmingCheck(decoded.text, fields["log_levels"] & 0x0F, int(decoded.values[0])))
         return None
