@@ -6,9 +6,11 @@ from sitl.ardupilot.parts import CopterParts
 from sitl.common.platform import Part, Platform
 from sitl.common.states import MavSeverity, Phase, Stage
 
+# ArduCopter refuses to arm with a lean angle outside of 10 to 80 degrees; the parameter is in centidegrees.
 MIN_ANGLE_CD, MAX_ANGLE_CD = 1000, 8000
 CHECK_GAP_US = 1_000_000
 """The pre-arm checks run once a second."""
+# After a landing it disarms sooner than one that never left the ground, which waits for DISARM_DELAY.
 LANDED_DISARM_US = 1_100_000
 NOT_BOOTED = (
     "Hardware safety switch",

@@ -7,6 +7,7 @@ from sitl.common.parameters import ParameterTable
 
 PACK_SAG = 0.2
 """An empty lithium pack has lost this share of its voltage."""
+# A level that was reached stays, whatever the voltage is later (measured: latched until 42651 or a reboot).
 GOOD, LOW, CRITICAL = 0, 1, 2
 _THRESHOLDS = ((CRITICAL, "BATT_CRT_VOLT", "BATT_CRT_MAH"), (LOW, "BATT_LOW_VOLT", "BATT_LOW_MAH"))
 _Limits = tuple[tuple[int, float, float], ...]

@@ -16,24 +16,35 @@ from sitl.common.tasks import Task
 from sitl.links.wire import ReceivedFrame
 from sitl.services.motor_test import MotorTest
 
+# MAV_CMD (common.xml).
 MOTOR_TEST, PREFLIGHT_CALIBRATION, PREFLIGHT_STORAGE = 209, 241, 245
+# MAV_CMD of ardupilotmega.xml.
 START_MAG_CAL, ACCEPT_MAG_CAL, CANCEL_MAG_CAL, FIXED_MAG_CAL_YAW, VEHICLE_POS = 42424, 42425, 42426, 42006, 42429
 POSES = 6
 """Level, left, right, nose down, nose up, back."""
 SUCCESS, FAILURE = 16_777_215, 16_777_216
 """Positions in ACCELCAL_VEHICLE_POS that mean the end of a calibration; repeated every second until the next boot."""
+# All times below were measured with a stopwatch on the wire (docs/autopilots.md "Calibration of ArduCopter").
 POSE_EVERY_US = 1_050_000
+# Each pose was sampled for 0.6 s before the next was asked for.
 SAMPLE_US = 600_000
+# ACK after 0.53 s; the text "Initialising ArduPilot" came at once.
 INITIALISING_US, GYRO_US = 30_000, 500_000
+# IN_PROGRESS at once, ACCEPTED after 0.75 s.
 BARO_US = 750_000
+# ACCEPTED after 1.1 s, with "Trim OK".
 LEVEL_US = 1_080_000
 SIMPLE_US = 1_040_000
+# Within 5 s of another calibration of the accelerometers it answers TEMPORARILY_REJECTED.
 ACCEL_PAUSE_US = 5_000_000
 UNHEALTHY_US = 3_000_000
 """After a calibration of the accelerometers the GPS is not trusted for this long, because samples were missed."""
+# A real one went on until the station sent a COMMAND_ACK message; left for 77 s its binary ended.
 COMPASSMOT_US = 5_000_000
+# 48.9 s for three compasses, 39 s for one.
 THREE_COMPASSES_US, ONE_COMPASS_US = 48_900_000, 39_000_000
 COMPASSES = 3
+# param2 or param5 of 241: take the calibration that is stored.
 ACCEPT_STORED = 76
 MAX_MOTOR_TEST_S = 600.0
 MOTOR_OUTPUTS: dict[float, int] = {1: 3, 2: 1, 3: 4, 4: 2}

@@ -18,11 +18,14 @@ from sitl.common.platform import Part, Platform
 from sitl.common.states import MavSeverity, Result, Stage
 from sitl.common.streams import MIN_INTERVAL_MS, OFF
 
+# MAV_CMD_COMPONENT_ARM_DISARM, param2: without checks, and in the air.
 FORCE = 21196
+# MAV_MODE_FLAG_CUSTOM_MODE_ENABLED: without it param2 of DO_SET_MODE is no mode of ArduPilot.
 CUSTOM_MODE_ENABLED = 1
 CHANGE_MODE = 1
 """DO_REPOSITION flag: enter GUIDED from any mode."""
 _REBOOT = 246
+# Message id.
 _AVAILABLE_MODES = 435
 _NO_REPLY = frozenset({132, 136, 162, 226, 259, 260, 264, 437})
 """Messages for which REQUEST_MESSAGE is acknowledged even if there is nothing to send."""

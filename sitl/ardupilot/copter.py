@@ -39,7 +39,9 @@ STREAM_GROUPS: dict[int, tuple[str, ...]] = {
     12: ("SYSTEM_TIME", "BATTERY_STATUS", "EKF_STATUS_REPORT", "VIBRATION"),
 }
 """Streams of REQUEST_DATA_STREAM with the messages that this simulator has (docs/autopilots.md "Groups of streams")."""
+# Pre-arm texts come again every 30 s (docs/autopilots.md "Refusals and their texts").
 PREARM_TEXT_US = 30_000_000
+# ArduCopter asks every station for its time, unasked (docs/autopilots.md "Groups of streams").
 TIMESYNC_US = 10_000_000
 SIM_STATION_SYSID = 254
 """The station's system id in simulations; its heartbeats count like those of MAV_GCS_SYSID."""

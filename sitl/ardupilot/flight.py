@@ -5,6 +5,7 @@ import math
 from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase
 
+# The rotors need this long until they lift the vehicle.
 SPOOL_UP_US = 1_000_000
 LAND_ALT_LOW_M = 10.0
 """Below this height a landing continues with LAND_SPEED."""

@@ -25,6 +25,7 @@ from sitl.services.ftp import FtpReply, FtpRequest, FtpServer
 
 SESSION_US = 3_000_000
 """After this silence another station may take the session over."""
+# Measured: burst_complete comes after 500 packets, and the next burst has to be asked for.
 BURST_PACKETS = 500
 BURST_US = 5_400
 """Time between two packets of a burst."""
@@ -34,6 +35,7 @@ CRC_BLOCK_BYTES = 1024
 MAX_PARAMETER = 0xFFFF
 
 _BURST = "ftp burst"
+# Files of @SYS are announced with 100,000 bytes, whatever they hold.
 _SYS_BYTES = 100_000
 _NO_BYTES = "TX=       0 RX=       0 TXBD=     0 RXBD=     0"
 _UARTS = f"""UARTV1

@@ -18,13 +18,16 @@ from sitl.common.states import Phase
 from sitl.links.wire import ReceivedFrame
 from sitl.physics.point_masses import BRAKE_M_S2, Body, Point, approach_speed
 
+# MAV_FRAME_GLOBAL and _GLOBAL_INT; the other two pairs are relative to home and above the terrain.
 FRAMES_AMSL = frozenset({0, 5})
 FRAMES_RELATIVE = frozenset({3, 6})
 FRAMES_TERRAIN = frozenset({10, 11})
+# MAV_FRAME of SET_POSITION_TARGET_LOCAL_NED.
 LOCAL_NED, LOCAL_OFFSET_NED, BODY_NED, BODY_OFFSET_NED = 1, 7, 8, 9
 
 MAX_TARGET_M = 3e7
 """Numbers beyond the size of the Earth (and NaN) are not targets."""
+# Asked for 12 or 99 m/s it never flew faster than 10.3.
 MIN_SPEED_M_S, MAX_SPEED_M_S = 0.1, 10.0
 
 AVOID_FENCE = 1
@@ -33,6 +36,7 @@ CREEP_M_S, AT_MARGIN_M, CLOSE_M, MIN_AVOID_SPEED_M_S = 2.0, 0.2, 0.05, 0.05
 """Avoidance of the fence: greatest speed at its margin, how near counts as there, resolution of the search for the
 fence along a course, and the speed below which nothing is done. See `_heed_fence` for what was measured.
 """
+# Bits of POSITION_TARGET_TYPEMASK (common.xml).
 _IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
 
 

@@ -7,6 +7,7 @@ RELEASE = 32767
 """The value of an axis that is left to the receiver's stick."""
 STICK_M_S, STICK_UP_M_S = 9.5, 2.0
 """Speed in LOITER with a stick at its end: 9.4 m/s measured, and 1.25 m/s upward at 800."""
+# A stick at the bottom in LOITER: it sank at 2.5 m/s, silently (docs/autopilots.md "Dangerous things first").
 STICK_DOWN_SINK_M_S = 2.5
 
 

@@ -7,6 +7,7 @@ from sitl.common import missions
 from sitl.common.missions import FENCE, ITEM_BYTES, MISSION, RALLY, Plans
 
 KINDS = {"mission.dat": MISSION, "fence.dat": FENCE, "rally.dat": RALLY}
+# The header of mission.dat, fence.dat and rally.dat: five uint16 of which this is the first.
 MAGIC = 0x763D
 HEADER = struct.Struct("<HHHHH")
 """Magic, MAV_MISSION_TYPE, options, first item, number of items."""

@@ -28,12 +28,15 @@ MODE_NAMES: dict[int, str] = {
     28: "TURTLE",
 }
 
+# Numbers of ArduCopter's modes: custom_mode of its heartbeat.
 STABILIZE, ACRO, AUTO, GUIDED, LOITER, RTL, LAND, BRAKE, SMARTRTL, AUTO_RTL = 0, 1, 3, 4, 5, 6, 9, 17, 21, 27
 
 AVAILABLE = (27, 3, 1, 0, 2, 7, 5, 4, 9, 6, 11, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 28)
 """Modes in the order of their AVAILABLE_MODES index."""
 
+# Without a position these are refused: "Mode change to GUIDED failed: requires position".
 NEED_POSITION = frozenset({AUTO, GUIDED, LOITER, RTL, 7, 11, 16, BRAKE, 18, 19, SMARTRTL, 23, 24})
+# In these a real one refuses to arm; the text is "Arm: RTL mode not armable".
 NOT_ARMABLE = frozenset({RTL, 7, LAND, 14, 15, BRAKE, SMARTRTL, AUTO_RTL})
 RETURN_MODES = frozenset({RTL, SMARTRTL})
 LANDING_MODES = frozenset({RTL, LAND, SMARTRTL})

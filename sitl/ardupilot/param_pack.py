@@ -9,6 +9,7 @@ import struct
 
 from sitl.common.parameters import ParameterTable
 
+# The first two bytes of param.pck, without and with defaults (docs/autopilots.md "D. Fast fleet connect").
 MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
 HEADER = struct.Struct("<HHH")
 ANNOUNCED_BYTES_EACH = 12

@@ -5,6 +5,7 @@ from sitl.common.states import Stage
 
 KEPT_US = 8_000_000
 """The EKF keeps its position for this long without GPS."""
+# The text "EKF3 IMU0 stopped aiding" came 15 s after the GPS was lost.
 STOPPED_AIDING_US = 15_000_000
 BACK_US, CLEARED_US = 600_000, 1_200_000
 """After the GPS is back: the position is used again; the failsafe is cleared."""

@@ -13,10 +13,12 @@ from sitl.common.platform import Platform
 from sitl.common.states import Stage
 from sitl.common.telemetry import COMMON_BUILDERS, Telemetry
 
+# As the real binary reported them: without PARAM_ENCODE_C_CAST, although it casts.
 CAPABILITIES = 64495
 FLIGHT_SW_VERSION = 0x04070000
 MISSING = 65535
 """A field without a value."""
+# SITL's default sticks: the throttle is at the bottom, which LOITER and others read.
 RC_NEUTRAL_US, RC_DOWN_US = 1500, 1000
 
 _BREACH_TYPES = {1: 2, 8: 1, 2: 3, 4: 3}
@@ -28,6 +30,7 @@ _BIT_GPS, _BITS_POSITION_CONTROL, _BIT_AHRS = 0x20, 0x6000, 0x200000
 _BIT_FENCE, _BIT_LOGGING, _BIT_PREARM = 0x100000, 0x1000000, 0x10000000
 
 _EKF_FLAGS: dict[Stage, int] = {Stage.EKF_ACTIVE: 0}
+# EKF_STATUS_REPORT.flags as seen on the real binary, from boot to a lost GPS.
 _EKF_UNINITIALISED, _EKF_ALIGNED, _EKF_READY, _EKF_LOST = 1024, 167, 831, 0x25
 
 

@@ -14,6 +14,7 @@ from sitl.physics.point_masses import Point
 
 LAST_NAVIGATION = 95
 """Commands above this number take no time."""
+# MAV_CMD (common.xml).
 CHANGE_SPEED, DELAY = 178, 93
 NEVER_US = 1 << 62
 

@@ -55,6 +55,7 @@ class Phase(IntEnum):
     LANDING = 7
 
 
+# MAV_LANDED_STATE of EXTENDED_SYS_STATE.
 _ON_GROUND, _IN_AIR, _TAKING_OFF, _LANDING = 1, 2, 3, 4
 LANDED_STATE: dict[Phase, int] = {
     **dict.fromkeys(Phase, _IN_AIR),

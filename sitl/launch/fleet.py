@@ -18,6 +18,7 @@ from sitl.px4.multicopter import Px4
 __all__ = ["AutopilotName", "IntruderSpec", "SensorSpec", "SimFleet", "VehicleSpec", "WeatherSpec", "WorldSpec"]
 
 AUTOPILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter, "px4": Px4}
+# The proof that a vehicle is simulated travels in AUTOPILOT_VERSION.flight_custom_version, which has 8 bytes.
 TOKEN_BYTES = 8
 DEFAULT_VERSION = b"cef8bcef"
 MIN_BOOT_S, MAX_BOOT_S = 0.5, 600.0

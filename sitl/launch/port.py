@@ -7,6 +7,7 @@ from sitl.launch.process import LaunchError, why
 
 Address = tuple[str, int]
 
+# A station that stalls for a second sends all it has at once.
 RECEIVE_BUFFER_BYTES = 1 << 20
 MAX_DATAGRAM_BYTES = 2048
 

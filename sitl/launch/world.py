@@ -18,6 +18,7 @@ from sitl.physics.quantities import Array
 
 CAMERA = 100
 """MAV_COMP_ID_CAMERA."""
+# MAV_TYPE, MAV_AUTOPILOT and MAV_STATE of the camera's heartbeat.
 TYPE_CAMERA, AUTOPILOT_INVALID, STATE_ACTIVE = 30, 8, 4
 TRACKING_ACTIVE = 1
 MET_M = 20.0

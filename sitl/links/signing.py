@@ -15,12 +15,16 @@ from sitl.links.wire import HEADER_V2_BYTES, LAYOUTS, MAGIC_V2, SIGNED
 
 KEY_BYTES = 32
 ZERO_KEY = bytes(KEY_BYTES)
+# Time stamps count 10 µs since 1 January 2015 (docs/threats.md A.1).
 TICKS_PER_S = 100_000
 EPOCH_S = 1_420_070_400
 """Time 0 of signatures, in Unix seconds."""
+# PX4 remembers 16 streams [source]; a seventeenth is refused.
 MAX_STREAMS = 16
+# A stream that is seen for the first time may be one minute behind.
 NEW_STREAM_TICKS = 60 * TICKS_PER_S
 LOADED_TICKS = 60 * TICKS_PER_S
+# ArduPilot stores its time stamp every 30 s, and starts a minute ahead of what it stored.
 SAVE_US = 30_000_000
 MAY_BE_UNSIGNED = (109, 166)
 """Messages that are accepted unsigned: RADIO_STATUS and RADIO."""

@@ -14,11 +14,13 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from sitl.links.dialect import NEWER, PARAM_VALUE_BYTES
 
+# The first byte of a frame gives its version.
 MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD
 HEADER_V1_BYTES = 6
 HEADER_V2_BYTES = 10
 SIGNATURE_BYTES = 13
+# The one incompatibility flag that is defined; frames with others have to be dropped.
 SIGNED = 0x01
 
 _HEADER = struct.Struct("<BBBBBBBHB")

@@ -54,6 +54,7 @@ CRIPPLED_FALL_M_S, CRIPPLED_FALL_M_S2 = 12.9, 4.7
 TUMBLE_RAD_S = np.pi
 """Rate at which a vehicle with a failed motor rolls over; assumed, not measured."""
 
+# The ellipsoid that GPS and all autopilots use.
 WGS84_A_M = 6378137.0
 WGS84_E2 = 6.69437999014e-3
 

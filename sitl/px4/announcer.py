@@ -12,6 +12,7 @@ HEARTBEAT_TIMEOUT_US = 2_500_000
 """A link is alive this long after a ground station's heartbeat."""
 TEXT_KEPT_US = 5_000_000
 """A text that no station could hear is dropped after this time."""
+# Texts are kept for a station that is not heard yet; those older than 5 s are dropped when it comes.
 MAX_TEXTS = 50
 LEVELS_INFO, LEVELS_CRITICAL = 0x66, 0x62
 """log_levels of an EVENT: severity in the vehicle's log (low four bits) and for stations (high four bits)."""

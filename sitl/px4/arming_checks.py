@@ -22,6 +22,7 @@ LEVELS_PROTOCOL, LEVELS_ERROR, LEVELS_CRITICAL, LEVELS_WARNING, LEVELS_INFO = 0x
 
 # Masks of navigation modes, and of health components, as recorded.
 _ALWAYS, _WITH_POSITION, _WITH_STICKS = 0x80012A80, 0x807F3AB0, 0x8547
+# The bits are groups of modes in arming_check_summary, an EVENT of log level 8.
 _ALL = 0xFFFFFFFF
 _MISSION_BIT, _OFFBOARD_BIT = 0x8, 0x4000
 _SYSTEM, _LOCAL_POSITION, _COMMUNICATION, _BATTERY, _REMOTE_CONTROL, _GPS = 0x100000, 0x20000, 0x1000, 0x800, 0x80, 0x8

@@ -15,9 +15,12 @@ from sitl.px4.announcer import Announcer
 from sitl.px4.delayed_answers import DelayedAnswers
 from sitl.services.motor_test import MotorTest
 
+# MAV_CMD (common.xml).
 PREFLIGHT_CALIBRATION, MOTOR_TEST, ACTUATOR_TEST = 241, 209, 310
+# Latency of the commander's answers, 1 to 20 ms (docs/autopilots.md "Acknowledgements of PX4").
 ANSWER_US = 4_000
 MAX_ACTUATOR_TEST_S = 3.0
+# Gaps between the "[cal] progress" texts of a gyroscope, which took 1.1 s in all.
 STEP_US = 101_000
 PAUSE_US = 53_000
 REST_US, STILL_US = 1_806_000, 513_000
@@ -27,6 +30,7 @@ CANCEL_US = 300_000
 SETTLE_US = 600_000
 """This long after a calibration has reported its end the next one is refused without a reason: the worker thread sleeps
 so that the message can go out (gyro_calibration.cpp and its siblings), and counts as busy (Commander.cpp)."""
+# Another 241 while one runs: twenty and more DENIED (docs/autopilots.md "Calibration of PX4").
 STORM_ACK_US, STORM_TEXT_US = 12_000, 51_000
 TURN_US = 3_000_000
 """Time that a simulated operator needs to turn the vehicle to the next side."""

@@ -17,6 +17,7 @@ from sitl.px4.parts import Px4Parts
 from sitl.px4.stream_rates import BACK_TO_HZ
 from sitl.px4.telemetry import Px4Telemetry
 
+# For a disarm in the air only: when arming it skips no check of PX4.
 FORCE = 21196
 ONLY_CHANGE_MODE = 1
 """The one value of DO_REPOSITION's flags that PX4 takes."""
@@ -24,6 +25,7 @@ NO_PLACE = 2**31 - 1
 """x or y of a COMMAND_INT without a place."""
 MAX_ORBIT_M_S = 10.0
 DO_SET_MODE = 176
+# Message id, and the MAV_CMD that asks for a message.
 _AVAILABLE_MODES, _REQUEST_MESSAGE = 435, 512
 
 

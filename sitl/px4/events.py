@@ -15,7 +15,9 @@ from sitl.links.dialect import CODES
 
 FIRST_SEQUENCE = 65525
 """The first number after power-on; it soon wraps."""
+# PX4 keeps this many EVENTs for REQUEST_EVENT [source].
 BUFFERED = 20
+# EVENT.arguments (common.xml).
 ARGUMENT_BYTES = 40
 UNAVAILABLE = 0
 """MAV_EVENT_ERROR_REASON of an event that is no longer kept."""

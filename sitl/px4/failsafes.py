@@ -13,6 +13,7 @@ GCS_SLACK_US = 2_500_000
 """The station is lost this much later than COM_DL_LOSS_T after its last heartbeat."""
 POSITION_KEPT_US = 5_000_000
 """Without GPS the position is believed for this long."""
+# The estimator notices the loss of the GPS later than the receiver; the failsafe came after 5.2 s.
 FUSION_STOPPED_US = 2_200_000
 STICKS_HOLD_S = 1.0
 """Hold before the return when the sticks fall silent in a mode that does not need them."""

@@ -17,11 +17,13 @@ from sitl.services.ftp import FtpRequest, FtpServer
 
 SESSION_US = 10_000_000
 """An open file is closed after this time without a request."""
+# A burst brings 168 frames, then burst_complete (docs/autopilots.md "Files by MAVFTP of PX4").
 BURST_PACKETS = 168
 BURST_US = 340
 """Time between two packets of a burst."""
 MAX_KEPT_BYTES = 4
 """Replies with more data are not kept for repetitions: the request is carried out again."""
+# The size of a real one's file of missions.
 DATAMAN_BYTES = 1_208_528
 
 METADATA = ("component_general.json.xz", "all_events.json.xz", "parameters.json.xz")

@@ -9,6 +9,7 @@ from sitl.common.missions import FENCE, MISSION, Item
 
 _IDENTITY = struct.Struct("<BHB4f2if")
 
+# MAV_FRAME: above mean sea level, and relative to home.
 _ABSOLUTE, _RELATIVE = frozenset({0, 5}), frozenset({3, 6})
 _ROI, _ROI_NONE, _ROI_LOCATION = frozenset({80, 201}), 0, 3
 _ROI_MODES_WITHOUT_PLACE = frozenset({0, 1, 2})

@@ -20,7 +20,9 @@ from sitl.px4.mission_checks import MissionChecks
 from sitl.px4.mission_items import identity, kept, read_frame
 from sitl.services.mission_protocol import MissionServer
 
+# More are refused at once with NO_SPACE (docs/autopilots.md "Mission / fence / rally of PX4").
 MAX_ITEMS = {MISSION: 10_000, FENCE: 64, RALLY: 32}
+# It asks every 260 ms for 5 s, then gives up without a word (measured).
 ASK_AGAIN_US = 260_000
 GIVE_UP_US = 5_000_000
 JUDGE_AFTER_US = 50_000

@@ -8,6 +8,7 @@ def custom_mode(main: int, sub: int = 0) -> int:
     return main << 16 | sub << 24
 
 
+# custom_mode is main mode << 16 | sub mode << 24 (docs/autopilots.md "Modes of PX4").
 AUTO_MAIN = 4
 MANUAL, ALTCTL, POSCTL, ACRO = custom_mode(1), custom_mode(2), custom_mode(3), custom_mode(5)
 ORBIT, SLOW, STABILIZED = custom_mode(3, 1), custom_mode(3, 2), custom_mode(7)

@@ -29,8 +29,11 @@ MIN_RETURN_M = 5.0
 MAX_TARGET_M = 1e6
 """Numbers beyond this (and NaN) are not targets."""
 STICK_M_S, STICK_UP_M_S, STICK_DOWN_M_S = 10.0, 3.0, 1.5  # MPC_VEL_MANUAL, MPC_Z_VEL_MAX_UP, _DN
+# Other local frames are refused with a text: "coordinate frame N unsupported".
 LOCAL_NED, BODY_NED = 1, 8
+# MAV_FRAME. DO_REPOSITION ignores the frame: there z is always above mean sea level.
 _AMSL, _RELATIVE = frozenset({0, 5}), frozenset({3, 6})
+# Bits of POSITION_TARGET_TYPEMASK (common.xml).
 _IGNORE_PLACE, _IGNORE_HEIGHT, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x3, 0x4, 0x38, 0x1C0, 0x400
 
 

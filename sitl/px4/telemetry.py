@@ -17,7 +17,9 @@ from sitl.px4.parts import Px4Parts
 CAPABILITIES = 59647
 """Measured: without the bit of SET_POSITION_TARGET_GLOBAL_INT, although that works."""
 SW_VERSION = 17891392  # 1.17.0 alpha
+# SITL's battery has four cells and reports 16.2 V when full.
 CELLS, FULL_V, EMPTY_V = 4, 4.05, 3.6
+# -1 A: what a PX4 without a current sensor sends.
 UNKNOWN_CURRENT = -100
 RESET_S = 10.0
 """CURRENT_EVENT_SEQUENCE has the reset flag for this long after power-on."""

@@ -13,6 +13,7 @@ from sitl.common.outbox import Outbox
 from sitl.common.platform import Part, Platform
 from sitl.links.wire import ReceivedFrame
 
+# Opcodes, results and sizes (docs/autopilots.md "C10. MAVFTP").
 DATA_BYTES = 239
 _HEAD = struct.Struct("<HBBBBBBI")
 _PAYLOAD_BYTES = _HEAD.size + DATA_BYTES

@@ -7,6 +7,7 @@ from sitl.common.states import MavSeverity
 from sitl.common.tasks import Task
 from sitl.links.wire import ReceivedFrame
 
+# LOG_DATA.data (common.xml); a shorter piece is the end of a log.
 LOG_DATA_BYTES = 90
 ARDUPILOT_DATA_US = 597
 """ArduPilot sent 1675 frames a second."""

@@ -17,6 +17,7 @@ PX4_BATCH_US = 19_600
 """PX4 sends up to 20 parameters at once: 886 came in 0.87 s."""
 PX4_AGAIN_US = 10_000
 """PX4 sends a changed value a second time without a request (5 to 20 ms later)."""
+# PARAM_ERROR, which only PX4 sends (common.xml).
 ERROR_DOES_NOT_EXIST, ERROR_READ_ONLY, ERROR_TYPE_MISMATCH = 1, 5, 7
 GARBAGE_INDEX = -28848
 """param_index of PX4's PARAM_ERROR as recorded: PX4 leaves it uninitialised."""

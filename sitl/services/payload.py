@@ -13,13 +13,16 @@ from sitl.common.outbox import Fields
 from sitl.common.platform import Part, Platform
 from sitl.common.states import Result
 
+# MAV_CMD (common.xml).
 DIGICAM_CONTROL, PITCH_YAW, CONFIGURE = 203, 1000, 1001
 START_CAPTURE, START_VIDEO, STOP_VIDEO = 2000, 2500, 2501
 LEAVE, RELEASE = -1, -3
 """System ids in CONFIGURE: leave the owner unchanged; release the gimbal if the sender owns it."""
+# GIMBAL_MANAGER_FLAGS.
 ROLL_PITCH_LOCKED, YAW_LOCKED, YAW_FROM_NOSE = 12, 16, 32
 MAVLINK_GIMBAL = 4
 """MNT_MODE_IN of a gimbal that MAVLink controls."""
+# CAMERA_CAP_FLAGS_CAPTURE_IMAGE.
 TAKES_PICTURES = 2
 GIMBAL = 1
 """Value of gimbal_device_id in all messages."""

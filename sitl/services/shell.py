@@ -10,9 +10,12 @@ from sitl.common.platform import Part, Platform
 from sitl.common.tasks import Task
 from sitl.links.wire import ReceivedFrame
 
+# SERIAL_CONTROL_FLAG. EXCLUSIVE on device 100 ends a real ArduCopter's link at once, and for good.
 REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
+# SERIAL_CONTROL.data (common.xml).
 CHUNK_BYTES = 70
 CHUNK_US = 4_000
+# SERIAL_CONTROL_DEV_SHELL.
 SHELL_DEVICE = 10
 GPS1_DEVICE, SERIAL0_DEVICE = 2, 100
 MAX_LINE = 256

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from tui_gcs.core.scenario.model import Scenario
     from tui_gcs.planner.runtime.planner_file import PlannerFile
 
+# The size of a plain terminal, also over SSH.
 MIN_COLUMNS, MIN_LINES = 80, 24
 OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
 MAX_CELLS = 500

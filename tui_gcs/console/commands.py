@@ -27,6 +27,7 @@ from tui_gcs.screens.orders.vehicle_words import rows_of
 from tui_gcs.screens.preflight.preflight_screen import Operator, PreflightScreen
 from tui_gcs.widgets.basics.number_text import ids
 
+# A lost request must not be a lost hold: the station carries a second copy out again, which changes nothing.
 STOP_TRIES = 3
 LIFTING_ORDERS = frozenset({"arm", "take_off"})
 """Orders whose dialog shows the checks that would refuse a start."""

@@ -12,6 +12,7 @@ MAX_PERIOD_S = 60.0
 """A collection is done after this long even while the operator types."""
 LOOK_S = 0.5
 """Seconds between two calls of `look`."""
+# The oldest generation is collected when no key was pressed for a while, never by its counter.
 _NEVER = 1_000_000
 
 

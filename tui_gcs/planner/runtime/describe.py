@@ -18,8 +18,10 @@ from tui_gcs.core.protocol.planning import PlannerInfo
 
 LOAD_LIMIT_S = 15.0
 """A file that takes longer to load is refused."""
+# A foreign planner may print without end.
 MAX_OUTPUT_BYTES = 1_000_000
 MAX_ERROR_BYTES = 10_000
+# The exit code with one line of reason, as of all commands.
 EXIT_CANNOT = 2
 
 

@@ -19,6 +19,7 @@ NEIGHBOUR_TIMEOUT_S = 3.0
 """A neighbour that was not heard for this long is no neighbour any more; the station's own limit for STALE."""
 MAX_IN_FLIGHT = 20_000
 """Messages on their way at one time; more are dropped. 250 vehicles at 20 Hz with 4 s of delay reach it."""
+# Steps come at sums of floats: a delay of exactly one step must not become two.
 ROUNDING_S = 1e-6
 
 

@@ -15,6 +15,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import wrapped
 from tui_gcs.widgets.basics.top_lines import worst
 
+# The size of a plain terminal, also over SSH.
 MIN_COLUMNS, MIN_ROWS = 80, 24
 
 

@@ -22,6 +22,7 @@ from tui_gcs.widgets.basics.palette import Ink
 MAX_REASONS = 5
 MAX_CHECKS = 6
 SIGN_OFF = "sign-off"
+# A confirmation is for what is on the screen: after 10 s it may not be true any more (docs/threats.md D.1).
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
 CHANGED = "fleet, links or round changed meanwhile: look, and ask again"

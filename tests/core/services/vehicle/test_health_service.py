@@ -280,7 +280,7 @@ def report(rig: ServiceRig, *, can_arm: int) -> None:
     """Its arming checks were reported."""
     events = rig.station.services.vehicle_events
     check = ArmingCheck(SafeText("No valid position estimate"), 3, HOLD_BIT)
-    events.report = lambda vehicle: ArmingReport((check,), can_arm, can_arm, 0.0)  # type: ignore[method-assign]
+    events.report = lambda vehicle: ArmingReport((check,), can_arm, 0.0)  # type: ignore[method-assign]
     events._bit = lambda vehicle, custom_mode: HOLD_BIT  # type: ignore[method-assign]
 
 
