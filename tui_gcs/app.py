@@ -208,7 +208,8 @@ class ConsoleApp(TerminalApp):
 
     def on_input_dropped(self, message: InputDropped) -> None:
         """Report what was not taken: an operator pasted more than a line, or a mouse went wild."""
-        self.notice(f"too much at once for keys: {message.characters} characters NOT TAKEN", Severity.CAUTION)
+        text = f"{message.characters} characters came at once and were NOT TAKEN: paste at most one line"
+        self.notice(text, Severity.CAUTION)
 
     def on_map_screen_resume_requested(self) -> None:
         """Resume after a hold; Enter does nothing else on a map."""

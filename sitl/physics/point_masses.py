@@ -304,7 +304,7 @@ class Body:
         return masses.position_m.item(i, 2) > 0.0 or masses.velocity_m_s.item(i, 2) > 0.0
 
     def fail_motor(self) -> None:
-        """Let one motor fail for good."""
+        """Let one motor fail; it does not recover."""
         self.masses.crippled[self.index] = True
 
     @property

@@ -176,7 +176,7 @@ async def test_keys_behind_flying_by_hand_move_nothing_else() -> None:
         await expire(c)
         await c.press("c")
         assert isinstance(c.app.screen, FlyScreen)
-        assert "c NOT TAKEN, a question had just closed: by hand had ended" in c.told()
+        assert "c NOT TAKEN, a question had just closed: flying by hand has ended" in c.told()
 
 
 async def test_a_question_that_the_operator_closed_keeps_nothing_back() -> None:

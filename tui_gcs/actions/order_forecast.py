@@ -76,7 +76,7 @@ def forecast_order(
         beside = _beside(request, rows, limits)
         return replace(beside, warnings=(*beside.warnings, *parted))
     if isinstance(request, GoTo) and request.from_home and not all(v in homes for v in request.vehicles):
-        return OrderForecast("counted from each one's own home: how far that is, is not known here", parted)
+        return OrderForecast("counted from each one's own home: the distance is not known here", parted)
     ways = [way for way in _ways(request, rows, homes) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
     if not ways:
         return OrderForecast(warnings=parted)

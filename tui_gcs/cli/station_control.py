@@ -19,7 +19,7 @@ STOP_LIMIT_S = 10.0
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find the station that is meant, and do what the arguments name."""
+    """Find the station that the arguments name, and do what they ask for."""
     kind = which(arguments.kind)
     if arguments.what == "attach":
         need_terminal(small=True)

@@ -242,9 +242,9 @@ def test_after_a_restart_of_the_station_nothing_is_new_that_was_seen(rig: AlarmR
 
 
 def test_what_is_told_once_stays_until_it_was_seen(rig: AlarmRig) -> None:
-    rig.events.report(EventClass.MISSION, "vehicle 4", "DISARMED outside a landing of ours", ALERT)
+    rig.events.report(EventClass.MISSION, "vehicle 4", "DISARMED, no landing was ordered", ALERT)
     rig.look(seconds=60.0)
-    assert rig.shown() == ["over ALERT: vehicle 4  DISARMED outside a landing of ours"]
+    assert rig.shown() == ["over ALERT: vehicle 4  DISARMED, no landing was ordered"]
     assert rig.only().level is AlarmLevel.WARNING
 
 

@@ -574,7 +574,7 @@ def test_a_restarted_station_goes_on_only_as_the_scenario_says_and_only_at_once(
         (Phase.TAKEN_OUT, TakenOut.MODE_LEFT, 12.0, "DISARMED IN THE AIR, 12 m high: it falls", True),
         (Phase.TAKEN_OUT, TakenOut.ON_BOARD, 12.0, "DISARMED IN THE AIR, 12 m high: it falls", True),
         (Phase.LANDING, None, 15.0, "DISARMED IN THE AIR, 15 m high: it falls", True),
-        (Phase.FLYING, None, 0.0, "DISARMED outside a landing of ours", True),
+        (Phase.FLYING, None, 0.0, "DISARMED, no landing was ordered", True),
         (Phase.RETURNING, ReturnStep.TO_LAYER, 30.0, "DISARMED IN THE AIR, 30 m high: it falls", True),
     ],
 )
@@ -600,7 +600,7 @@ def touching_down(landed_state: int, height_m: float) -> Watch:
 
 @pytest.mark.parametrize(("landed_state", "height_m"), [(1, 0.1), (4, 0.4), (1, 20.0)])
 def test_a_hold_of_one_that_has_just_come_down_is_no_alarm(landed_state: int, height_m: float) -> None:
-    """As its own barometer has it, it may be higher; "DISARMED outside a landing of ours" was told of it."""
+    """As its own barometer has it, it may be higher; "DISARMED, no landing was ordered" was told of it."""
     watch = touching_down(landed_state, height_m)
     (result,) = watch.executive.hold((1,))
     assert (result.ok, result.text) == (True, "has touched down")
@@ -622,7 +622,7 @@ def test_a_hold_of_one_that_is_still_landing_is_a_hold_and_what_ends_it_an_alarm
     watch = touching_down(4, 5.0)
     assert watch.executive.hold((1,))[0].text == "holds"
     watch.run(3.0).place(1, (3.0, 4.0, 0.1), armed=False, landed_state=1)
-    assert "DISARMED outside a landing of ours" in watch.run().told()
+    assert "DISARMED, no landing was ordered" in watch.run().told()
 
 
 def test_who_goes_up_again_after_it_was_held_on_the_ground_holds_in_the_air() -> None:
@@ -630,4 +630,4 @@ def test_who_goes_up_again_after_it_was_held_on_the_ground_holds_in_the_air() ->
     watch.executive.hold((1,))
     watch.place(1, (3.0, 4.0, 3.0), landed_state=2)
     watch.run(3.0).place(1, (3.0, 4.0, 0.1), armed=False, landed_state=1)
-    assert "DISARMED outside a landing of ours" in watch.run().told()
+    assert "DISARMED, no landing was ordered" in watch.run().told()

@@ -127,11 +127,11 @@ async def test_an_alarm_that_comes_while_one_types_is_seen() -> None:
 async def test_beside_a_notice_an_alarm_still_shows_what_is_wrong() -> None:
     def fallen(station: FakeStation) -> None:
         station.fly()
-        station.alarm = "DISARMED outside a landing of ours"
+        station.alarm = "DISARMED, no landing was ordered"
 
     async with console(NARROW, fallen) as c:
         await c.press("2", "enter")
-        assert "DISARMED outside a landing of ours  | selected 2" in c.line(1)
+        assert "DISARMED, no landing was ordered  | selected 2" in c.line(1)
         c.app.notice("HOLD ALL: 3 of 8 good, NO ANSWER 1-5", Severity.WARNING)
         await c.settle()
         assert "DISARMED" in c.line(1) and "| HOLD ALL: 3 of 8 good" in c.line(1)

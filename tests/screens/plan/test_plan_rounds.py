@@ -25,7 +25,7 @@ async def test_a_zone_is_duplicated_here_and_copied_into_other_rounds() -> None:
         assert zones(c, 0)["home 2"] == Circle((170.0, 180.0), 80.0)
         assert c.plan.draft.zone_name == "home 2"
         await c.press("c", "0")
-        assert "home 2 is so in round 2, 3, too" in c.said()
+        assert "home 2 copied to round 2, 3" in c.said()
         assert zones(c, 1)["home 2"] == zones(c, 2)["home 2"] == Circle((170.0, 180.0), 80.0)
         await c.press("u")
         assert "home 2" not in zones(c, 1)

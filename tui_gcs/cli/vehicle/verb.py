@@ -33,7 +33,7 @@ _ACTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find the station that is meant and run the action."""
+    """Find the station that the arguments name and run the action."""
     module, _, function = _ACTIONS[arguments.what].partition(".")
     act = getattr(importlib.import_module(f"tui_gcs.cli.vehicle.{module}"), function)
     station = open_station(arguments.station)

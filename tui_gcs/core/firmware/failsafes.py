@@ -81,6 +81,7 @@ _PX4 = (
 _SMART = "returns by its own track (SmartRTL)"
 _RETURNS, _LANDS = "returns (RTL)", "lands where it is"
 _SMART_OR_RTL, _SMART_OR_LANDS = f"{_SMART} or RTL", f"{_SMART} or lands"
+# Words for the values of action parameters, as the parameters' own metadata list them.
 _LAST_ACTIONS = {6: "flies its landing sequence, or RTL", 7: "brakes, or lands"}
 _GCS_ACTIONS = {1: _RETURNS, 2: _RETURNS, 3: _SMART_OR_RTL, 4: _SMART_OR_LANDS, 5: _LANDS} | _LAST_ACTIONS
 _THR_ACTIONS = {1: _RETURNS, 2: _RETURNS, 3: _LANDS, 4: _SMART_OR_RTL, 5: _SMART_OR_LANDS} | _LAST_ACTIONS
@@ -109,6 +110,8 @@ _DLL_ACTIONS = {
     5: "TERMINATES the flight",
     6: "DISARMS in the air",
 }
+# Flown with PX4 1.16.1: in Position mode without a pilot's sticks it sank at 0.6 to 0.9 m/s, past vehicles on lower
+# layers (docs/autopilots.md E). 1.17 alpha returned instead; the worse of the two is shown.
 _OBL_ACTIONS = {
     0: "Position mode, without a pilot SINKS through the layers below",
     1: "Altitude mode, without a pilot SINKS through the layers below",
@@ -149,6 +152,7 @@ def _action_line(values: Values, when: str, name: str, words: Mapping[int, str],
     value = values.get(name)
     if value is None:
         return FailsafeLine(when, f"not known: {name} was not read", warning=True)
+    # A vehicle may report NaN or 1e30, which no table has.
     word = words.get(int(value)) if value == value and abs(value) < 1e9 else None
     if word is None:
         nothing = "NOTHING" if value == 0 else f"not known: {name} is {value:g}"
@@ -177,6 +181,7 @@ def _copter_station(values: Values, own_system: int) -> Iterator[FailsafeLine]:
     yield line
     if int(values.get("FS_OPTIONS", 0)) & _CONTINUE_AUTO:
         yield FailsafeLine("this station is not heard in AUTO", "goes on with its mission (FS_OPTIONS)", warning=False)
+    # ArduPilot's failsafe counts the heartbeats of one system id only (docs/autopilots.md C1); its name changed in 4.7.
     name = "MAV_GCS_SYSID" if "MAV_GCS_SYSID" in values else "SYSID_MYGCS"
     station = values.get(name)
     if station is None:
@@ -190,6 +195,7 @@ def _copter_battery(values: Values, level: str, action: str) -> FailsafeLine:
     line = _action_line(values, f"battery {level}", action, _BATTERY_ACTIONS)
     prefix = "BATT_LOW" if level == "low" else "BATT_CRT"
     volts, mah = values.get(f"{prefix}_VOLT"), values.get(f"{prefix}_MAH")
+    # An action without any limit never trips.
     if not line.warning and volts == 0 and mah == 0:
         return FailsafeLine(line.when, f"NOTHING: no limit is set ({prefix}_VOLT, {prefix}_MAH)", warning=True)
     return line
@@ -197,6 +203,7 @@ def _copter_battery(values: Values, level: str, action: str) -> FailsafeLine:
 
 def _copter_fence(values: Values) -> FailsafeLine:
     line = _action_line(values, "fence crossed", "FENCE_ACTION", _FENCE_ACTIONS)
+    # DO_FENCE_ENABLE switches a fence on and leaves this parameter as it is (measured).
     enabled = values.get("FENCE_ENABLE")
     if enabled == 0:
         text = "NOTHING by parameter (FENCE_ENABLE 0); a fence may be on by command: see the GEOFENCE sensor"
@@ -207,6 +214,7 @@ def _copter_fence(values: Values) -> FailsafeLine:
 
 
 def _px4(values: Values) -> Iterator[FailsafeLine]:
+    # Measured with 10 s and 5 s: it returned 17.7 s after the last heartbeat, for it notices the loss 2.5 s late.
     hold = f" and {values['COM_FAIL_ACT_T']:g} s of holding" if values.get("COM_FAIL_ACT_T", 0) > 0 else ""
     delay = _seconds(values, "COM_DL_LOSS_T") + (hold if "COM_DL_LOSS_T" in values else "")
     yield _action_line(values, UNHEARD[1], "NAV_DLL_ACT", _DLL_ACTIONS, delay)

@@ -221,7 +221,7 @@ class Executive:
         self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, NOTICE if result.ok else WARNING)
 
     def _why_left_to_itself(self, flight: Flight, vehicle: Vehicle, *, by_name: bool) -> str:
-        """Why an order to all vehicles leaves this one out, and one by name does not; "" if it is meant, too.
+        """Why an order to all vehicles leaves this one out, and one by name does not; "" if the order is for it, too.
 
         The person with the remote control sees the vehicle, and has taken it on purpose.
         """

@@ -86,7 +86,7 @@ class TakenOut(Enum):
     EMERGENCY = "emergency"
     """It fell, lay over or hit the ground: no order helps it, and its place is given to others."""
     MOTORS_STOPPED = "motors"
-    """An operator has stopped its motors: nothing that is noticed of it meanwhile comes between."""
+    """An operator has stopped its motors: it falls, and no finding about that changes its phase."""
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,6 @@ def landing_words(flight: Flight, vehicle: Vehicle) -> tuple[str, bool]:
     elif flight.phase is Phase.LANDING:
         text = "landed and disarmed"
     else:
-        text = "DISARMED outside a landing of ours"
+        text = "DISARMED, no landing was ordered"
     cut_short = flight.step in (HoldStep.START_CANCELLED, HoldStep.TOUCHED_DOWN)
     return text, by_itself or flight.phase is Phase.LANDING or cut_short

@@ -1,7 +1,7 @@
 """Watchdog of one team's planner: is its worker process there, does it answer in time, did it fail?
 
 The station never waits for a planner. One that is silent for `SILENT_S` while its vehicles fly, or late `LATE_IN_A_ROW`
-times in a row, costs its vehicles nothing but a hold, and its worker process is ended and started again.
+times in a row, has its vehicles held, and its worker process is ended and started again.
 """
 
 import math

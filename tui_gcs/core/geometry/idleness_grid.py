@@ -19,7 +19,7 @@ Floats = NDArray[np.floating[Any]]
 PICTURE_S = 0.1
 """Positions farther apart in time than this are interpolated: 0.8 m at 8 m/s, which skips no cell."""
 MAX_INTERPOLATED_S = 5.0
-"""Nobody knows where a vehicle was in a longer gap."""
+"""In a longer gap it is not known where a vehicle was: nothing counts as seen."""
 MAX_SPEED_M_S = 60.0
 """A vehicle that seems to be faster than this jumped."""
 

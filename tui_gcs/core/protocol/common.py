@@ -277,7 +277,7 @@ class SetParameters(Request, frozen=True, tag="set-parameters"):
 
 
 class Preview(Request, frozen=True, tag="preview"):
-    """What this TOML text, edited from `base_revision`, would give: planners say it on the side (`GetPreviews`)."""
+    """What this TOML text, edited from `base_revision`, would give; planners compute it on the side (`GetPreviews`)."""
 
     base_revision: int
     toml: str

@@ -41,7 +41,7 @@ class Reception:
         self._clock = clock
         self._events = events
         self._first = 0
-        """The index of the link that is read first, so that none is always behind a flooded one."""
+        """The index of the link that is read first: it changes, so that no link always comes after a flooded one."""
         self._down: set[str] = set()
         self._kernel_drops = dict.fromkeys(links, 0)
         self._next_look_s = clock.now()

@@ -66,10 +66,10 @@ def legend(glyphs: GlyphSet) -> list[Line]:
         (f"{glyphs.place} {glyphs.marker}", "on the map: a take-off place; where a vehicle is sent"),
         ("^ ! x i", "caution; warning; not heard; to be known"),
         ("OVER", "an alarm that is over and was not acknowledged"),
-        ("8/8", "vehicles heard of those that are known"),
+        ("8/8", "vehicles heard, of all that are known"),
         ("ctl", "who gave the last order, from this console or another"),
         ("ALT", "metres above its own take-off place"),
-        ("slot off", "its place in the team; metres from where it shall be now"),
+        ("slot off", "its place in the team; metres from where it should be now"),
         (
             "26s 1.3x",
             "of a zone: the longest that a place was not seen, in the last minute; as a multiple of the best possible",

@@ -94,7 +94,7 @@ class ManualControlScreen(ModalScreen[None]):
     def tick(self) -> None:
         """Close when no key was pressed for `TIMEOUT_S`."""
         if self._clock.now() - self._key_s > TIMEOUT_S and self.is_current:
-            self.closed_by_itself = f"by hand had ended: no key for {TIMEOUT_S:.0f} s"
+            self.closed_by_itself = f"flying by hand has ended: no key for {TIMEOUT_S:.0f} s"
             self.dismiss(None)
 
     def refuse(self, why: str) -> None:
@@ -133,7 +133,7 @@ class ManualControlScreen(ModalScreen[None]):
         keys = f"arrows: north south west east   + -: up down   [ ]: {SPEEDS_M_S[self._speed]:g} m/s"
         lines += [
             [(self._problem, Ink.CAUTION)] if self._problem else [(keys, Ink.BOLD)],
-            [(" Space = HOLD ", Ink.SELECTED), ("  Esc = done   they stand 1 s after the last key", Ink.MUTED)],
+            [(" Space = HOLD ", Ink.SELECTED), ("  Esc = done   they stop 1 s after the last key", Ink.MUTED)],
         ]
         self.box.show(f"by hand: {ids(self._vehicles)}", lines)
 

@@ -1,4 +1,4 @@
-"""The dialog that asks for an order's values, and whether it is meant, before the order is sent."""
+"""The dialog that asks for an order's values, and for a confirmation, before the order is sent."""
 
 import asyncio
 import math
@@ -62,7 +62,7 @@ class ConfirmedOrder:
 
 
 class OrderDialog(TextDialog["ConfirmedOrder | str"]):
-    """Asks for the values of an order, then whether it is meant.
+    """Asks for the values of an order, then for a confirmation.
 
     The result is the confirmed order, or why nothing is sent.
 
@@ -177,7 +177,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
             self._untouched.discard(name)
 
     def _ask(self) -> None:
-        """Build the request from the values, and ask whether it is meant."""
+        """Build the request from the values, and ask for the confirmation."""
         try:
             self._request = self.order.request(OrderInput(self.vehicles, dict(self._values), self._around()))
         except OrderError as error:
@@ -238,7 +238,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         if self._feed.requests.read_only:
             return self._feed.requests.read_only
         if not self.vehicles:
-            return "no vehicle is concerned any more"
+            return "the order is for no vehicle any more"
         # A stop is never held back: a vehicle that is stopped needlessly does less harm than one that flies on.
         if self._request is None or self.order.is_stop:
             return ""

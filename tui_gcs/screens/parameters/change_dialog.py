@@ -1,4 +1,4 @@
-"""The dialog that lists a change of parameters, vehicle by vehicle, and asks whether it is meant."""
+"""The dialog that lists a change of parameters, vehicle by vehicle, and asks for a confirmation."""
 
 from collections.abc import Collection, Mapping
 

@@ -74,7 +74,7 @@ class PartEdits:
             problems, done = (f"there is no round {indices[0] + 1}" if indices else "there is no other round",), ""
         else:
             problems = self._draft.copy_zone(indices)
-            done = f"{name} is so in round {', '.join(str(i + 1) for i in indices)}, too; u takes it back"
+            done = f"{name} copied to round {', '.join(str(i + 1) for i in indices)}; u takes it back"
         self._refill()
         self._feedback.report(f"not copied: {problems[0]}" if problems else done, Ink.CAUTION if problems else Ink.TEXT)
 

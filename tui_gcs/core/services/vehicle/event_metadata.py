@@ -1,6 +1,6 @@
 """Reads all_events.json, and decodes a vehicle's EVENTs with it.
 
-The file comes from the vehicle (`MetadataService`) and is as hostile as everything from there. The number of
+The file comes from the vehicle (`MetadataService`) and, as everything from there, may be forged. The number of
 definitions and the lengths of texts are limited, and message templates are filled in by the few rules below, never by
 `str.format`. Format: MAVLink's events interface and libevents' JSON (version 1 and 2), as PX4 serves it.
 """
