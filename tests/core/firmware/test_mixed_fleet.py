@@ -60,5 +60,5 @@ def test_a_vehicle_that_drops_its_goals_without_a_word_is_told(rig: MakeRig) -> 
     flight.station.services.params.set(1, "FENCE_ENABLE", 1)
     flight.run(5.0)
     flight.flying().run(15.0)
-    reported = "stands still although it is asked to move: outside of its own fence"
+    reported = "stands still although it is ordered to move: outside of its fence"
     assert any(reported in text for text in flight.texts("vehicle 1"))

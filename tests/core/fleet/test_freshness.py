@@ -141,8 +141,8 @@ def test_two_of_one_id_are_not_commanded_on_the_ground_and_one_that_flies_alone_
 @pytest.mark.parametrize("height_m", [0.0, 30.0])
 def test_who_proves_nothing_is_not_commanded_wherever_it_is(height_m: float) -> None:
     vehicle = flying(True, height_m, 0)
-    vehicle.identity.moved = "asked who it is"
-    assert vehicle.why_not_commanded == "asked who it is"
+    vehicle.identity.moved = "asked for its identity"
+    assert vehicle.why_not_commanded == "asked for its identity"
     vehicle.identity.untrusted = "signs with an unknown key"
     assert vehicle.why_not_commanded == "signs with an unknown key"
 

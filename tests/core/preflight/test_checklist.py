@@ -396,7 +396,7 @@ def test_what_is_so_of_more_vehicles_than_the_operator_saw_is_not_acknowledged(r
     seen, others = check.vehicles[:1], check.vehicles[1:]
     reply = flight.ask(AcknowledgeCheck(check.name, check.text, "Ada", seen))
     assert not reply.ok
-    assert reply.text == f"station-loss: it is so of {id_ranges(others)}, too: look again"
+    assert reply.text == f"station-loss: found of {id_ranges(others)}, too: look again"
     assert lines(flight)["station-loss"].state is CheckState.FAIL
     assert flight.ask(AcknowledgeCheck(check.name, check.text, "Ada", check.vehicles)).ok
 

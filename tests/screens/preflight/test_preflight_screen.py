@@ -18,7 +18,7 @@ GOOD = tuple(
     Check(name, CheckState.OK, "") for name in ("heard", "links", "ids", "gps", "battery", "arming", "place", "planner")
 )
 CHECKS = (
-    Check("station-loss", CheckState.FAIL, NOTHING, "set the parameter; or acknowledge that it is so", (1, 2, 3, 4)),
+    Check("station-loss", CheckState.FAIL, NOTHING, "set the parameter; or acknowledge the finding", (1, 2, 3, 4)),
     Check("rehearsal", CheckState.FAIL, "this plan was not rehearsed, or was changed since", "`tui-gcs rehearse`"),
     Check("sign-off", CheckState.FAIL, "not signed", "sign this list, or the start, with your name"),
     Check("fence", CheckState.UNKNOWN, "not read yet", "it is read when the list is opened", (5, 6, 7, 8)),

@@ -247,7 +247,7 @@ class Steering:
             flight.tracking = TrackingMonitor(self._firmware.of(vehicle).lead)
         flight.tracking.update(course, vehicle)
         if flight.tracking.ignores(course, vehicle, now) and not flight.vetoed:
-            text = "stands still although it is asked to move: outside of its own fence, or its mode does not take it?"
+            text = "stands still although it is ordered to move: outside of its fence, or in a mode without set-points?"
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
     def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, verdict: Verdict | None) -> None:

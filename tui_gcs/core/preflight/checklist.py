@@ -224,9 +224,9 @@ class PreflightChecklist:
         lines = [c for c in self.look(fleet.on_ground(self._parts)) if c.name == request.name]
         line = next((c for c in lines if c.text == request.text and c.state is CheckState.FAIL), None)
         if line is None:
-            return Reply(ok=False, text=f"{request.name}: that is not so (any more): look again")
+            return Reply(ok=False, text=f"{request.name}: this is not found any more: look again")
         if request.vehicles and (others := set(line.vehicles) - set(request.vehicles)):
-            return Reply(ok=False, text=f"{request.name}: it is so of {id_ranges(sorted(others))}, too: look again")
+            return Reply(ok=False, text=f"{request.name}: found of {id_ranges(sorted(others))}, too: look again")
         for vehicle in line.vehicles:
             uid = self._parts.picture.fleet.vehicles[vehicle].identity.uid
             self._accepted[request.name, vehicle] = _Accepted(line.text, operator, uid)

@@ -24,7 +24,7 @@ TODO = {
 }
 """The advice for each check that keeps a vehicle on the ground."""
 _READ = "it is read when the list is opened; R reads it again"
-_SET = "set the parameter; or acknowledge that it is so"
+_SET = "set the parameter; or acknowledge the finding"
 _UPLOAD = "upload ours, or clear it: `tui-gcs vehicle plan`"
 
 

@@ -118,7 +118,7 @@ class KeyProvisioning:
         if why:
             raise _RefusedError(why)
         self._parts.picture.trust.key_sent(vehicle, key)
-        text = f"key {key.name} ({key.fingerprint}) sent to vehicle {vehicle.id}: whether it took it shows its signing"
+        text = f"key {key.name} ({key.fingerprint}) sent to vehicle {vehicle.id}: its signing shows whether it took it"
         self._report(principal, f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s", NOTICE)
         return Reply(ok=True, text=f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s")
 

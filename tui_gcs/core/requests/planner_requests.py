@@ -55,7 +55,8 @@ class PlannerRequests:
         info = parts.config.planners.get(controller.team.planner)
         if info is None:
             return Reply(
-                ok=False, text=f"it is not known what planner {controller.team.planner} takes; try again in a moment"
+                ok=False,
+                text=f"the parameters of planner {controller.team.planner} are not known yet; try again in a moment",
             )
         if problems := info.problems(request.parameters):
             return Reply(ok=False, text="; ".join(problems))

@@ -39,7 +39,7 @@ def test_nothing_but_stops_goes_to_an_address_that_does_not_say_who_it_is(wired:
         flight.wires[0].link.inject(flight.outgoing.encode("HEARTBEAT", **fields), ("elsewhere", 1))
         flight.run(0.5)
     assert flight.vehicle().address == ("elsewhere", 1)
-    assert "asked who it is" in flight.vehicle().why_not_commanded
+    assert "asked for its identity" in flight.vehicle().why_not_commanded
     since_s = flight.clock.now()
     flight.station.comms.commands.submit(orders.prepare(flight, 1))
     flight.run(0.5)

@@ -212,7 +212,7 @@ def test_px4_has_second_thoughts(make: Make) -> None:
 def test_silence_of_px4_is_no_confirmation(make: Make) -> None:
     rig, missions = make(Px4Peer(1, reports=False))
     job = run(rig, missions.upload(1, mission(6)))
-    assert job.error == "accepted, but whether it can be flown the vehicle did not say"
+    assert job.error == "accepted, but the vehicle did not report whether it can be flown"
 
 
 def test_an_older_px4_rejects_only_by_an_event_and_only_once(make: Make) -> None:

@@ -17,7 +17,7 @@ class PathState(StrEnum):
 
     USED = "used"
     """The path leads to this vehicle: its frames count, and commands may be sent over it."""
-    CANDIDATE = "asked who it is"
+    CANDIDATE = "asked for its identity"
     """Another link brings frames with this id; whether it is the same vehicle is being asked."""
     CONFLICT = "conflict"
     """The source is another vehicle with the same id, or a forger: its frames are not used, and nothing is sent there.

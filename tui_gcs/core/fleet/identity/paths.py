@@ -233,7 +233,7 @@ class PathSelector:
         """Judge a path while the vehicle is silent: this may be its new address."""
         path.state = PathState.CANDIDATE
         same = is_same_vehicle(vehicle, path, now, silent=True, is_unique=self._is_unique)
-        text = f"heard from another address on {path.source.link}: asked who it is"
+        text = f"heard from another address on {path.source.link}: asked for its identity"
         if same:
             self._follow(vehicle, path)
         # A new address of a disarmed vehicle is taken at once, of an armed one only after several unanswered requests:
@@ -293,8 +293,8 @@ class PathSelector:
         self._take(vehicle, path)
         # Nothing proves that it is the same vehicle, so that home, mode and set-up are not taken over.
         vehicle.forget_boot()
-        vehicle.identity.moved = "heard from another address: asked who it is"
-        text = f"now heard from another address on {path.source.link}: who it is, is asked first"
+        vehicle.identity.moved = "heard from another address: asked for its identity"
+        text = f"now heard from another address on {path.source.link}: its identity is asked for first"
         self._report(vehicle, text, WARNING)
         for listener in self.on_move:
             listener(vehicle)

@@ -34,7 +34,7 @@ def change(vehicle: Vehicle, x_m: float, y_m: float, amsl_m: float) -> str:
     moved_m, up_m = _moved_m(vehicle, x_m, y_m), amsl_m - vehicle.telemetry.home_amsl_m
     if not vehicle.telemetry.airborne or not (moved_m > MIN_REPORTED_MOVE_M or abs(up_m) > MIN_REPORTED_CLIMB_M):
         return ""
-    return f"its home moved {moved_m:.0f} m, {up_m:+.0f} m in height: there it returns to, and counts its heights from"
+    return f"its home moved {moved_m:.0f} m, {up_m:+.0f} m in height: its return and its heights count from there"
 
 
 def _moved_m(vehicle: Vehicle, x_m: float, y_m: float) -> float:

@@ -376,7 +376,7 @@ class UploadJob(PlanJob):
             self._held.rejected.pop(self._opaque_id, None)
             self._succeed()
         elif now - acked_s >= MAX_JUDGEMENT_S:
-            self.finish("accepted, but whether it can be flown the vehicle did not say")
+            self.finish("accepted, but the vehicle did not report whether it can be flown")
 
     def _reported_judgement(self, vehicle: Vehicle, acked_s: float) -> bool | None:
         """What MISSION_CURRENT reports of this plan since it was accepted; None if nothing yet."""

@@ -241,7 +241,7 @@ class CalibrationJob(Job):
         if outcome is Outcome.CONFIRMED:
             self.cancelled()
         else:
-            self.finish(f"cancelling: {outcome.value}; it may still be at it")
+            self.finish(f"cancelling: {outcome.value}; it may still be running")
 
     def cancelled(self) -> None:
         """End because the vehicle has stopped it."""
