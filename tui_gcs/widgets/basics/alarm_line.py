@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from rich.cells import cell_len
+from textual.timer import Timer
 
 from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, action_words, id_ranges, to_answer
 from tui_gcs.core.protocol.common import Alarm
@@ -43,10 +44,11 @@ class AlarmLine(LinesView):
     _shelved = 0
     _keys: Mapping[str, str] = {}
     _bright = True
+    _timer: Timer | None = None
 
     def on_mount(self) -> None:
         """Begin to flash; nothing is written while nothing is new."""
-        self.set_interval(FLASH_S, self.flash)
+        self._timer = self.set_interval(FLASH_S, self.flash)
 
     def set_prompt(self, text: str) -> None:
         """Show what waits for the next key; an empty text ends it."""
