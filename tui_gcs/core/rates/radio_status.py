@@ -23,6 +23,8 @@ class RadioReport:
     rssi: int
     remote_rssi: int
     noise: int
+    remote_noise: int
+    rx_errors: int
     fixed: int
     """Packets that error correction saved."""
     age_s: float
@@ -35,6 +37,8 @@ def radio_report(fields: dict[str, Any], age_s: float) -> RadioReport:
         rssi=fields["rssi"],
         remote_rssi=fields["remrssi"],
         noise=fields["noise"],
+        remote_noise=fields["remnoise"],
+        rx_errors=fields["rxerrors"],
         fixed=fields["fixed"],
         age_s=age_s,
     )
