@@ -170,7 +170,7 @@ class ArduCopter(Autopilot):
         self.failsafes.watch()
         self._parts.remote_id.watch()
 
-    def obeys(self, frame: Received) -> bool:
+    def obeys(self, frame: ReceivedFrame) -> bool:
         """Return whether the sender counts; with bit 0 of MAV_OPTIONS the own station alone does (`accept_packet`)."""
         enforced = int(self.platform.params["MAV_OPTIONS"]) & GCS_SYSID_ENFORCE
         return not enforced or self._is_own_station(frame.system) or frame.system == self.platform.spec.system_id

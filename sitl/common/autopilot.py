@@ -189,7 +189,7 @@ class Autopilot(ABC):
             if platform.outbox.signer.accepts(frame.raw):
                 handler(frame)
 
-    def obeys(self, frame: Received) -> bool:
+    def obeys(self, frame: ReceivedFrame) -> bool:
         """Return whether frames of this sender are handled: those of anybody, unless an autopilot is told otherwise."""
         return True
 
