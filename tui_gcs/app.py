@@ -119,6 +119,7 @@ class ConsoleApp(TerminalApp):
         self.add_mode("parameters", self._parameters_screen)
         self.add_mode("inspector", self._inspector_screen)
         self.add_mode("links", self._links_screen)
+        self.add_mode("tasks", self._tasks_screen)
 
     def _fly_screen(self) -> Screen[None]:
         screen = FlyScreen(self.feed, glyphs=self.glyphs)
@@ -166,6 +167,11 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.links.links_screen import LinksScreen
 
         return LinksScreen(self.feed, self.clock, glyphs=self.glyphs)
+
+    def _tasks_screen(self) -> Screen[None]:
+        from tui_gcs.screens.tasks.tasks_screen import TasksScreen
+
+        return TasksScreen(self.feed, self.clock, glyphs=self.glyphs)
 
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""

@@ -17,6 +17,7 @@ SCREENS = (
     "parameters.parameters_screen",
     "inspect.inspector_screen",
     "links.links_screen",
+    "tasks.tasks_screen",
 )
 
 

@@ -17,7 +17,7 @@ from tui_gcs.actions.action_context import ActionContext
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as wire
-from tui_gcs.core.protocol.bus import Bus
+from tui_gcs.core.protocol.bus import Bus, Closable
 from tui_gcs.core.protocol.plan_limits import shown
 from tui_gcs.core.protocol.services import GetOnBoard, OnBoardRow, VehicleInfo
 from tui_gcs.core.protocol.setup import GetTraffic, TrafficRow
@@ -97,6 +97,7 @@ class Feed:
         self._mailbox = Mailbox(clock or MonotonicClock())
         self._period_s = period_s
         self._may_paint = may_paint
+        self._presence: Closable | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._tasks: set[asyncio.Task[None]] = set()
@@ -113,6 +114,8 @@ class Feed:
         """Subscribe and begin the first exchange; call on the running event loop."""
         self._loop = asyncio.get_running_loop()
         self._mailbox.open(self._bus, self._schedule)
+        # The station shows who is connected, until this process is gone.
+        self._presence = self._bus.alive(keys.ALIVE.format(principal=self.requests.principal))
         self._timers["check"] = self._loop.call_later(CHECK_S, self._check_again)
         self._begin_attach()
 
@@ -124,6 +127,8 @@ class Feed:
     def close(self) -> None:
         """Leave the bus; what comes later is ignored."""
         self._mailbox.close()
+        if self._presence is not None:
+            self._presence.close()
         for timer in self._timers.values():
             timer.cancel()
         for task in self._tasks:

@@ -10,6 +10,7 @@ from tui_gcs.core.protocol.base import StopRequest
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.inspection import GetMessages
 from tui_gcs.core.protocol.link_report import GetLinks
+from tui_gcs.core.protocol.people import GetPeople
 from tui_gcs.core.protocol.services import (
     GetModes,
     GetOnBoard,
@@ -40,6 +41,7 @@ READING = (
     wire.Note,
     GetLinks,
     GetMessages,
+    GetPeople,
     GetModes,
     GetOnBoard,
     GetParamInfos,

@@ -18,6 +18,7 @@ from tui_gcs.screens.logs.journal_screen import JournalScreen
 from tui_gcs.screens.missions.missions_screen import MissionsScreen
 from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
 from tui_gcs.screens.plan.plan_screen import PlanScreen
+from tui_gcs.screens.tasks.tasks_screen import TasksScreen
 from tui_gcs.screens.vehicles.vehicles_screen import VehiclesScreen
 
 HANDLED_BEFORE = {"form", "corner", "snapping", "pointer"}
@@ -33,6 +34,7 @@ def screen_of(scope: str) -> Screen:
         "parameters": ParametersScreen,
         "inspector": InspectorScreen,
         "links": LinksScreen,
+        "tasks": TasksScreen,
     }
     if scope in drafts:
         return drafts[scope](feed, clock)

@@ -25,6 +25,7 @@ from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.inspection import GetMessages, Inspection, MessageDetail, SetMessageRate
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
+from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.protocol.setup import AskPayloads, GetTraffic, TrafficRow
 from tui_gcs.core.records.event_log import EventLog
@@ -85,6 +86,10 @@ class FakeStation:
     """What is received."""
     details: dict[int, MessageDetail] = field(default_factory=dict)
     """The newest frame of messages, by message id; every vehicle's is the same."""
+    people: tuple[PersonRow, ...] = ()
+    in_control: str = "console-test"
+    refused_control: str = ""
+    """Why control is not handed over."""
     link_report: LinkReport | None = None
     link_refusal: str = ""
     """Why no link is changed."""
@@ -168,7 +173,7 @@ class FakeStation:
             heard=sum(f is not m.Freshness.LOST for f in frame.freshness),
             vehicles=self.count,
             armed=sum(frame.armed),
-            in_control="console-test",
+            in_control=self.in_control,
             teams=tuple(self._team(team.name) for team in self.scenario.teams),
             links=(m.LinkStatus(name="udpin:127.0.0.1:14550", up=True, datagrams=9000, frames=9000, bad=0),),
             min_separation_m=21.4 if self.flying else NAN,
@@ -366,6 +371,19 @@ class FakeStation:
         found = self.link_report
         return s.ServiceReply(ok=True, link_report=msgspec.structs.replace(found, t_s=self.t_s) if found else None)
 
+    def _hand_over(self, request: HandOver) -> m.Reply:
+        if not self.refused_control:
+            self.in_control = request.to
+        return m.Reply(ok=not self.refused_control, text=self.refused_control or f"{request.to} has control")
+
+    def _take_control(self, _request: TakeControl) -> m.Reply:
+        self.in_control = "console-test"
+        return m.Reply(ok=True, text="has control")
+
+    def _cancel(self, request: s.CancelTask) -> s.ServiceReply:
+        self.end_task(request.number, "cancelled", "")
+        return s.ServiceReply(ok=True, text=f"task {request.number} ends")
+
     def _change_link(self, _request: object) -> m.Reply:
         return m.Reply(ok=not self.link_refusal, text=self.link_refusal or "link changed")
 
@@ -433,6 +451,7 @@ class FakeStation:
             GetTraffic,
             GetMessages,
             GetLinks,
+            GetPeople,
             AskPayloads,
             m.GetJournal,
             m.Note,
@@ -463,6 +482,10 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     s.GetOnBoard: FakeStation._on_board,
     GetMessages: FakeStation._messages,
     GetLinks: FakeStation._links,
+    GetPeople: lambda station, _: s.ServiceReply(ok=True, people=station.people),
+    HandOver: FakeStation._hand_over,
+    TakeControl: FakeStation._take_control,
+    s.CancelTask: FakeStation._cancel,
     **dict.fromkeys((AddLink, CloseLink, SetLinkRate), FakeStation._change_link),
     SetMessageRate: FakeStation._set_rate,
     s.GetParams: FakeStation._params,
@@ -473,7 +496,7 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     s.SetParams: FakeStation._set_params,
     s.GetTaskResult: lambda *_: s.ServiceReply(ok=True, result=s.TaskResult()),
     s.GetTasks: lambda station, request: s.ServiceReply(
-        ok=True, tasks=tuple(station.tasks[n] for n in request.numbers)
+        ok=True, tasks=tuple(station.tasks[n] for n in request.numbers or station.tasks)
     ),
     GetTraffic: lambda station, _: s.ServiceReply(ok=True, traffic=station.traffic),
     m.GetPlan: lambda *_: m.Reply(ok=True),

@@ -16,6 +16,7 @@ from tui_gcs.core.protocol.common import AnyRequest as StationRequest
 from tui_gcs.core.protocol.common import Reply, decode
 from tui_gcs.core.protocol.inspection import GetMessages, Inspection, SetMessageRate
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
+from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
 from tui_gcs.core.protocol.setup import Number
 
 MAX_VEHICLES = 255
@@ -251,6 +252,7 @@ class ServiceReply(Reply, frozen=True):
     on_board: tuple[OnBoardRow, ...] = ()
     inspection: Inspection | None = None
     link_report: LinkReport | None = None
+    people: tuple[PersonRow, ...] = ()
 
 
 class GetVehicles(Request, frozen=True, tag="get-vehicles"):
@@ -416,6 +418,7 @@ Look = (
     | setup.Look
     | GetMessages
     | GetLinks
+    | GetPeople
 )
 Fetch = (
     ReadParams
@@ -443,7 +446,8 @@ Change = (
     | flight.Flight
 )
 LinkChange = AddLink | CloseLink | SetLinkRate
-ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.ConfirmStep | LinkChange
+ControlChange = HandOver | TakeControl
+ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.ConfirmStep | LinkChange | ControlChange
 
 
 def decode_request(data: bytes) -> StationRequest | ServiceRequest:

@@ -16,6 +16,7 @@ from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.requests.key_provisioning import KeyProvisioning
 from tui_gcs.core.requests.link_requests import LinkRequests
+from tui_gcs.core.requests.people_requests import ControlHolder
 from tui_gcs.core.requests.planner_requests import PlannerRequests
 from tui_gcs.core.requests.point_requests import PointRequests
 from tui_gcs.core.requests.station_requests import StationRequests
@@ -33,16 +34,21 @@ class RequestRouter:
         self.planners = PlannerRequests(context)
         self._vehicle_tasks = VehicleTasks(context)
         self.tasks = self._vehicle_tasks.tasks
-        self.in_control = ""
-        """The principal of the newest command."""
+        self._control = ControlHolder(context.parts)
         self.handlers: dict[type, RequestHandler] = {
             **StationRequests(context).handlers(),
             **self.planners.handlers(),
             **PointRequests(context.parts).handlers(),
             **KeyProvisioning(context.parts).handlers(),
             **LinkRequests(context.parts).handlers(),
+            **self._control.handlers(),
             **self._vehicle_tasks.handlers(),
         }
+
+    @property
+    def in_control(self) -> str:
+        """The principal that holds control: of the newest command, or to whom it was handed over."""
+        return self._control.principal
 
     def answer(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
         """Do what the principal of `key` asks, and reply what became of it, or why it was not done."""
@@ -53,7 +59,8 @@ class RequestRouter:
             return
         handler, request = found
         if handler.access is Access.COMMAND:
-            self.in_control = principal  # before the handler runs: what it publishes names the new holder already
+            # Before the handler runs: what it publishes names the new holder already.
+            self._control.commanded(principal, request_words(request))
         answer = handler.answer(principal, request)
         if handler.access is Access.COMMAND and handler.is_journalled:
             self._journal(principal, request, answer)

@@ -18,6 +18,8 @@ from tui_gcs.core.station.parts import SYSTEM_ID
 
 IDENTITY_ANSWER_S = 5.0
 """A COMMAND_ACK of CMD_REQUEST_MESSAGE so soon after the fleet's own identity request answers that request."""
+MAX_CONNECTED = 256
+"""Principals whose presence is kept; nothing depends on more than that."""
 
 
 class BusHandlers:
@@ -143,5 +145,10 @@ class BusHandlers:
 
     def _on_alive(self, key: str, present: bool) -> None:
         principal = key.rsplit("/", 1)[1]
+        connected = self._parts.conditions.connected
+        if present and len(connected) < MAX_CONNECTED:
+            connected.setdefault(principal, self._parts.records.clock.now())
+        elif not present:
+            connected.pop(principal, None)
         if principal.startswith("planner-") and principal[8:] in self._parts.active.team_controllers:
             self._parts.active.team_controllers[principal[8:]].on_alive(present)

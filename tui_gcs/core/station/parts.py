@@ -99,6 +99,8 @@ class StationConditions:
     """Why the state of the previous run is lost; "" if it is not."""
     memory_error: str = ""
     """Why the state of this run cannot be written; "" if it can."""
+    connected: dict[str, float] = field(default_factory=dict)
+    """Principals that are present on the bus, and since when."""
     dropped: Counter[str] = field(default_factory=Counter)
     """Bus messages that were received and not used, by reason."""
 
