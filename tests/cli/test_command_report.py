@@ -61,6 +61,16 @@ def test_the_document_goes_to_a_file_beside_text(tmp_path: Path, capsys: pytest.
     assert json.loads((tmp_path / "r.json").read_text())["data"]["path"] == TLOG
 
 
+def test_an_export_reports_the_file_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without a file the tracks themselves are what is printed."""
+    assert main(["export", TLOG, "--file", "t.csv", "--json"]) == 0
+    report = report_of(capsys.readouterr().out, "export")
+    assert report["data"]["file"] == "t.csv" and report["data"]["flights"][0]["points"] > 1000
+    assert (tmp_path / "t.csv").stat().st_size > 10_000
+    assert main(["export", TLOG, "--json"]) == 2
+    assert "--file FILE" in report_of(capsys.readouterr().out, "export")["text"]
+
+
 def test_a_warning_goes_to_standard_error_and_into_the_document(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -116,6 +126,7 @@ LINES = {
     "run": "run nowhere.toml",
     "rehearse": "rehearse nowhere.toml",
     "check": "check nowhere.toml",
+    "export": "export nowhere.tlog",
     "convert": "convert nowhere.plan there.wpl",
     "scenario new": "scenario new nowhere/a.toml",
     "planner new": "planner new a --dir nowhere",

@@ -6,7 +6,8 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.command_report import CommandReport, finish
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.files.file_access import MAX_CELLS, may_write, put
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.core.base.text import clean
@@ -23,6 +24,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Write the tracks; the exit code is 1 if part of a log was damaged or has no absolute times."""
     paths = [Path(name) for name in arguments.flight]
     target = Path(arguments.file) if arguments.file is not None else None
+    if arguments.json and target is None:
+        raise CommandError("--json: the tracks themselves go to standard output; write them with --file FILE")
     kind = _format(arguments.to, target)
     if target is not None:
         may_write(target, force=arguments.force)
@@ -36,9 +39,14 @@ def run(arguments: argparse.Namespace) -> int:
             sys.stdout.write(line)
     else:
         put(target, "".join(lines[kind]).encode(), force=arguments.force)
-        sys.stdout.write(f"{clean(str(target), MAX_CELLS)} written: {sum(flight.count for flight in flights)} points\n")
+    text = f"{clean(str(target), MAX_CELLS)} written: {sum(flight.count for flight in flights)} points"
+    if target is not None and not arguments.json:
+        sys.stdout.write(f"{text}\n")
     reports = [flight.report() for flight in flights]  # of all of them
-    return FAILED if any(reports) else OK
+    worse = any(reports)
+    code = ReportCode.FAILED if worse else ReportCode.NONE
+    data = {"file": arguments.file, "flights": [flight.data() for flight in flights]}
+    return finish(arguments, CommandReport(not worse, code, text if target is not None else "", data))
 
 
 class _Flight:
@@ -66,6 +74,17 @@ class _Flight:
             raise CommandError(str(error)) from None
         except OnboardLogError as error:
             raise CommandError(f"{clean(str(self._path), MAX_CELLS)}: {error}") from None
+
+    def data(self) -> dict[str, object]:
+        """Return what is reported of it in JSON."""
+        left_out: LeftOut = self._points.left_out
+        return {
+            "flight": str(self._path),
+            "points": self.count,
+            "without_place": left_out.without_place,
+            "damaged_bytes": left_out.damaged_bytes,
+            "since_boot": self._since_boot,
+        }
 
     def report(self) -> bool:
         """Report on standard error what was left out or is not as it seems; return whether data are worse for it."""

@@ -106,6 +106,7 @@ def _add_export(commands: Commands) -> None:
     export.add_argument("--vehicles", metavar="IDS", help="only these, as 3, 3-7 or 1,4")
     export.add_argument("--file", metavar="FILE", help="write a file instead of the standard output")
     export.add_argument("--force", action="store_true", help="overwrite FILE")
+    options.report(export)
 
 
 def _common(parser: argparse.ArgumentParser) -> None:
