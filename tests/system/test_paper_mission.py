@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from tests.rehearsal.test_rehearse_weather import CALM_RATIO
 from tui_gcs.core.scenario.load import load
 from tui_gcs.rehearsal.fault_schedule import losses, restart
 from tui_gcs.rehearsal.rehearse import rehearse
@@ -43,6 +44,15 @@ def test_eight_vehicles_three_rounds_a_loss_and_a_killed_station(tmp_path: Path)
     ]
 
     (record,) = records
+    planned_s = {
+        zone.zone.name: zone.metrics["predicted_worst_s"]
+        for round_ in record.rounds
+        for zone in round_.zones
+        if round_.round.name == "round 1"
+    }
+    for measured in result.rounds[:2]:  # as long as nothing has failed, what is planned is flown
+        assert measured.round == "round 1" and measured.worst_idleness_s is not None
+        assert measured.worst_idleness_s <= CALM_RATIO * planned_s[measured.zone], measured.zone
     text = page(record, result, problem, conditions=[], happened=[(LOST_S, "vehicle 6 falls silent")])
     captions = re.findall(r"<figcaption>\((.)\) (round \d), T\+\d+ s: (.*?)</figcaption>", text)
     assert captions == [
