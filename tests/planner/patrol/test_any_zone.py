@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 import shapely
 
+from tests.bench.zones.baseline import boustrophedon_worst_s
+from tests.bench.zones.flown import task_of
+from tests.bench.zones.scenarios import random_scenario
 from tests.planner.rigs.flights import AREA, no_fly, region_of, zone_of
 from tests.planner.rigs.guarded import refusals
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 from tui_gcs.core.protocol.planning import cells_of
+from tui_gcs.core.scenario.load import parse
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.patrol.lane_tours import best_lane_tours, lane_tour
 from tui_gcs.planner.patrol.tour import evaluate, evaluate_large
@@ -75,6 +79,15 @@ def test_the_first_plan_leaves_no_pocket_behind_walls_out() -> None:
     site = site_of(STAR, region_of(zone_of(STAR), AROUND_STAR, OVER_STAR), motion, 14.1)
     design = begin_search(site, 1, 7).best
     assert design is not None and design.real.coverage == 1.0
+
+
+def test_many_vehicles_over_a_small_zone_watch_it_no_worse_than_the_simplest_lanes() -> None:
+    """With 19 vehicles over 0.9 ha the shortest tour is not the best: all of it can be in sight all the time."""
+    drawn = random_scenario(4102, 13)
+    task = task_of(parse(drawn.toml), drawn.autopilot)
+    task = msgspec.structs.replace(task, parameters={"search": 0})
+    found = forecast(task, KinematicFleet(task, scattered(drawn.n)).frame(), {})
+    assert found.worst_s <= boustrophedon_worst_s(task) + 0.3
 
 
 def test_what_is_sent_of_a_tour_round_a_no_fly_zone_passes_the_guard() -> None:

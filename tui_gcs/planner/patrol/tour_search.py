@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from tui_gcs.planner.api import Shape
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
-from tui_gcs.planner.patrol.lane_tours import best_lane_tours
+from tui_gcs.planner.patrol.lane_tours import DIRECTIONS, best_lane_tours
+from tui_gcs.planner.patrol.tour import resampled
 from tui_gcs.planner.patrol.tour_construction import lattice_tour
 from tui_gcs.planner.patrol.tour_seeds import seeds
 from tui_gcs.planner.patrol.tour_site import FINER, LOOP_M, TourDesign, TourFinishing, TourSite, site_of
@@ -41,6 +42,10 @@ MAX_FINISHING = 80_000
 """Finishing rounds times cells after which no further try is begun. A round of 3000 cells takes about 20 ms."""
 LANE_TRIES = 2
 """Lane tours among the first tries."""
+WATCHED_SHARE = 0.5
+"""Vehicles are many if the worst idleness is less than this share of the time between two of them at one place."""
+SHARP_STEP_M = 3.0
+"""Spacing of control points of lanes with sharp corners."""
 LARGE_LANE_TRIES, MAX_BENT_CELLS = 3, 40_000
 """Lane tours of a large zone; up to so many cells (25 ha) patterns are tried, too, and all are bent."""
 MIN_LARGE_ROUNDS, MAX_LARGE_FINISHING = 2, 200_000
@@ -159,7 +164,22 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
         search._admit(site, finishing.best)
     if search.best is None or search.best.real.coverage < 1.0:
         _add_unbent(search, site, lanes)
+    elif search.best.real.worst_s < WATCHED_SHARE * search.best.tour.period_s / n:
+        _add_sharp_lanes(search, site)
     return search
+
+
+def _add_sharp_lanes(search: TourSearch, site: TourSite) -> None:
+    """Try lanes with sharp corners in all directions: vehicles that linger there may watch the whole zone all the time.
+
+    That is where they are so many that places are seen for longer than they wait; then the shortest tour is not best.
+    """
+    for i, path in enumerate(best_lane_tours(site.cells, site.motion.radius_m, DIRECTIONS)):
+        path = site.region.pulled_inside(resampled(path, SHARP_STEP_M))
+        draft = TourDraft(f"sharp lanes {i}", site.region.closed_inside(path, SHARP_STEP_M), 1.0)
+        judged = site.judged(draft, search.n)
+        if search.best is None or judged.rank < search.best.rank:
+            search.best = judged
 
 
 def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
