@@ -190,7 +190,7 @@ class Autopilot(ABC):
                 handler(frame)
 
     def obeys(self, frame: ReceivedFrame) -> bool:
-        """Return whether frames of this sender are handled: those of anybody, unless an autopilot is told otherwise."""
+        """Return whether frames of this sender are handled: of all senders, unless an autopilot is set otherwise."""
         return True
 
     def common_handlers(self) -> dict[str, Handler]:

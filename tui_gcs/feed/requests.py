@@ -93,7 +93,7 @@ class ConsoleRequests:
 
 
 async def _reply(answer: Awaitable[bytes] | ServiceReply) -> ServiceReply:
-    """The reply in an answer; one that says why there is none if the station gave none."""
+    """The reply in an answer; or one with the reason if the station gave none."""
     if isinstance(answer, ServiceReply):
         return answer
     try:

@@ -1,4 +1,4 @@
-"""The alarms of a run without a console, as lines: nobody sees them otherwise, and the result shows figures only."""
+"""The alarms of a run without a console, as lines: without them the output holds figures only."""
 
 from collections.abc import Iterable, Iterator
 

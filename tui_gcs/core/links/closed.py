@@ -11,7 +11,7 @@ class ClosedLink(Link):
     is_closed = True
 
     def __init__(self, spec: LinkSpec, by: str) -> None:
-        """Stand for the link of `spec`; `by` is who closed it."""
+        """Stand for the link of `spec`; `by` closed it."""
         super().__init__(spec)
         self.error = f"closed by {by}"
 

@@ -1,7 +1,7 @@
 """Findings about a scenario over real ground: layers that come too near to it, a wrong height of the origin.
 
 A scenario's heights are above one level, `ground_amsl_m` of its origin. Over hills a layer is lower above the ground
-than its number says; the lowest altitude of the operating area is taken for what the ground must keep clear.
+than its number suggests; the lowest altitude of the operating area is taken for what the ground must keep clear.
 """
 
 import numpy as np

@@ -3,7 +3,7 @@
 This module holds the status, the requests about the station as a whole, and the reply; the modules beside it hold the
 rest by subject, and most of their names can be imported from here. Unknown fields and wrong types are errors. Positions
 are ENU metres about the scenario origin (x east, y north, z up above home), times `*_s` are the station's monotonic
-seconds unless the name says `wall`. Unknown numbers are NaN.
+seconds unless the name has `wall` in it. Unknown numbers are NaN.
 """
 
 import math

@@ -53,9 +53,9 @@ def connect_later(socket: Path) -> "ZenohBus":
 
 
 def _is_over(until: bytes) -> bool:
-    """Whether the asker of a question was told that nobody answers: it must not be done after that.
+    """Whether the asker has got the answer that the station is silent: the request must not be carried out after that.
 
-    `until` is a time of this machine's monotonic clock; of a question that does not say one (a stop) never.
+    `until` is a time of this machine's monotonic clock; a question without one (a stop) is never over.
     """
     with contextlib.suppress(ValueError):
         return time.monotonic() > float(until)

@@ -1,7 +1,7 @@
 """Logs that vehicles write themselves: ArduPilot's DataFlash logs (.bin) and PX4's ULog (.ulg), as flight points.
 
 `.bin` is read by pymavlink's DFReader, `.ulg` by pyulog, an extra of this package (`pip install "tui-gcs[ulg]"`). Times
-are absolute where the log holds a GPS time; else they count from the vehicle's boot, as `has_gps_time` tells.
+are absolute where the log holds a GPS time; else they count from the vehicle's boot, see `has_gps_time`.
 """
 
 import bisect

@@ -67,7 +67,7 @@ class InspectionRequests:
         )
 
     def _sources(self) -> list[Source]:
-        """All senders' addresses, those with vehicles first: anybody can send from many."""
+        """All senders' addresses, those with vehicles first: a forger can send from many."""
         found = [source for intake in self._fleet.intakes.values() for source in intake.sources.values()]
         return sorted(found, key=lambda source: not source.vehicle_count)
 

@@ -6,6 +6,6 @@ fleet and sends through the uplink, where what changes a vehicle is checked and 
 the uplink's queue, one at a time for each vehicle.
 
 Packages: `files`, `parameters`, `plans`, `vehicle` (state), `setup`, `payload`; `timesync` measures links, `terrain`
-tells vehicles how high the ground is. What differs between autopilots is not here, but in `core/firmware`; orders that
+sends vehicles ground heights. What differs between autopilots is not here, but in `core/firmware`; orders that
 fly a vehicle are in `core/uplink` and `core/flight`.
 """

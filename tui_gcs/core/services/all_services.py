@@ -31,7 +31,7 @@ class Services:
     """One instance of each service."""
 
     def __init__(self, context: ServiceContext, elevation: Elevation | None = None) -> None:
-        """Create all services; they receive messages from now on. Vehicles that ask are told heights of `elevation`."""
+        """Create all services; they receive messages from now on. `elevation` answers vehicles that ask for heights."""
         self.context = context
         self.control = ControlService(context)
         self.ftp = FtpService(context)

@@ -8,6 +8,6 @@ consumers take records of parts, never the `Station`. A rehearsal repeats a flig
 
 `replay_player` is the station of a recording: it shows one and commands nothing.
 
-Not here: who may ask what (`core/requests`), checks before a start (`core/preflight`): they attach to a station from
+Not here: roles of askers (`core/requests`), checks before a start (`core/preflight`): they attach to a station from
 above, through `frontend_protocol`.
 """

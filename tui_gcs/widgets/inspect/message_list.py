@@ -1,4 +1,4 @@
-"""The list of messages: who sends what, how often, when last, how large."""
+"""The list of messages: senders, how often, when last, how large."""
 
 import math
 

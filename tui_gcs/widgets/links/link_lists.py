@@ -28,7 +28,7 @@ class LinkList(RowsView[WatchedLink]):
         ]
 
     def row_line(self, row: WatchedLink, width: int, *, is_chosen: bool) -> Line:
-        """Return a link as a line; one that does not work has a mark and says why."""
+        """Return a link as a line; one that does not work has a mark and the reason."""
         link = row.row
         limit = "no limit" if link.capacity_bytes_per_s is None else str(link.capacity_bytes_per_s)
         numbers = f"{link.vehicles:>4} {bytes_words(row.in_bytes_per_s):>7} {bytes_words(row.out_bytes_per_s):>6}"
@@ -70,7 +70,7 @@ class PartnerList(RowsView[PartnerRow]):
         return [(f"  {'ENDPOINT':<{LINK_CELLS}} {'COMMANDS':<9} {'REFUSED':>7} {'AGE':>5} PARTNER", Ink.MUTED)]
 
     def row_line(self, row: PartnerRow, width: int, *, is_chosen: bool) -> Line:
-        """Return a partner as a line; one of whom frames were refused has a mark."""
+        """Return a partner as a line; one with refused frames has a mark."""
         refused = sum(row.refused.values())
         commands = "judged" if row.takes_commands else "none"
         who = f"{row.address} {' '.join(row.systems)}" if row.address else "nobody yet"

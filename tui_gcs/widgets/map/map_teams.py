@@ -1,4 +1,4 @@
-"""How a map tells teams apart: a colour and a dash for each, and letters and a legend where the operator wants them."""
+"""How teams differ on a map: a colour and a dash for each, and letters and a legend where the operator wants them."""
 
 from collections.abc import Iterable, Sequence
 
