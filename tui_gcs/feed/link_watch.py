@@ -59,4 +59,5 @@ def badness(path: PathRow) -> tuple[bool, bool, float, float]:
     """Return a key by which the worst path sorts last: silent, not accepted, losses both ways, round trip."""
     losses = path.loss_pct + (0.0 if math.isnan(path.up_loss_pct) else path.up_loss_pct)
     rtt_s = 0.0 if math.isnan(path.rtt_s) else path.rtt_s
-    return path.heard_age_s > OLD_S, path.state != "used", losses, rtt_s
+    # Rounded, so that rows do not change places with every look.
+    return path.heard_age_s > OLD_S, path.state != "used", round(losses, 1), round(rtt_s, 2)

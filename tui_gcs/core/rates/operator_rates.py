@@ -69,7 +69,7 @@ def doubts(link: LinkRates, vehicle: Vehicle, message: int, hz: float, rates: Op
     """Return why an operator should think again before asking for this rate; "" if there is no reason."""
     wanted = link.set.hz.get(message, 0.0)
     if hz < wanted:
-        return f"the station itself asks for {wanted:g} Hz and works with them"
+        return f"the station itself asks for {wanted:g} Hz and works with it"
     if link.budget is None:
         return ""
     others = rates.of(vehicle.id)

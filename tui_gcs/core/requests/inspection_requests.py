@@ -46,12 +46,13 @@ class InspectionRequests:
         rows: list[p.MessageRow] = []
         left_out = 0
         for source in sources:
+            address = address_text(source)
             for slot in _slots(source):
                 number = self._number(source, slot)
                 if vehicles and number not in vehicles:
                     continue
                 if len(rows) < p.MAX_ROWS:
-                    rows.append(_row(source, slot, number, now))
+                    rows.append(_row(source, address, slot, number, now))
                 else:
                     left_out += 1
         held = self._held(request.detail, sources) if request.detail is not None else None
@@ -121,10 +122,10 @@ def _slots(source: Source) -> Iterator[Slot]:
         yield from (slot for slot in kinds.values() if slot.raw)
 
 
-def _row(source: Source, slot: Slot, vehicle: int, now: float) -> p.MessageRow:
+def _row(source: Source, address: str, slot: Slot, vehicle: int, now: float) -> p.MessageRow:
     path = slot.owner.path_of(source) if slot.owner is not None else None
     return p.MessageRow(
-        key=p.MessageKey(source.network, source.link, address_text(source), slot.system, slot.component, slot.msgid),
+        key=p.MessageKey(source.network, source.link, address, slot.system, slot.component, slot.msgid),
         name=dialect.label(slot.msgid),
         vehicle=vehicle,
         count=slot.count,

@@ -12,6 +12,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import ReplyCode
 from tui_gcs.core.protocol.inspection import MAX_RATE_HZ, MessageRow, SetMessageRate
+from tui_gcs.core.protocol.services import MEANT
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.task_requests import TaskOutcome, carry_out
 from tui_gcs.screens.common.sure_dialog import SureDialog
@@ -85,7 +86,7 @@ class MessageRates:
 
     def _ask_again(self, name: str, request: SetMessageRate, doubtful: list[TaskOutcome]) -> None:
         vehicles = tuple(each.vehicle for each in doubtful)
-        reasons = list(dict.fromkeys(clean(each.text, 300) for each in doubtful))
+        reasons = list(dict.fromkeys(clean(each.text.removesuffix(f": {MEANT}"), 300) for each in doubtful))
         meant = msgspec.structs.replace(request, vehicles=vehicles, sure=True)
 
         def answered(yes: bool | None) -> None:
