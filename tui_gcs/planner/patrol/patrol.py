@@ -239,6 +239,8 @@ class Patrol(Planner):
         formation = self._state.formation
         free = active - set(formation.owners) - formation.leaving
         rows = [i for i, vehicle in enumerate(fleet.id) if int(vehicle) in free]
+        if not rows:  # in nearly every step
+            return []
         middle = self._guidance.tour.middle_m
         low = fleet.battery_pct[rows] < LOW_BATTERY_PCT
         away_m = np.hypot(*(fleet.position_m[rows, :2] - middle).T)
