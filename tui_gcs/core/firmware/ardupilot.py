@@ -91,7 +91,7 @@ class ArduCopter(Multicopter):
         """
         vehicle_id, encoder = vehicle.id, self._encoder
         seen_s = math.inf
-        """When it was last seen before the first copy for a vehicle in the air."""
+        """Time of its newest heartbeat when the first copy for a vehicle in the air was sent."""
 
         def send(copy: int) -> None:
             nonlocal seen_s

@@ -55,7 +55,7 @@ class CommandEncoder:
         def send(copy: int) -> None:
             why = self.send_command(vehicle, action.as_order(), action.order or order, copy)
             # A refused start ends at once; of other orders the next copy may pass.
-            if retry is RetryClass.START:  # of others the next copy may pass
+            if retry is RetryClass.START:
                 action.refusal = why
 
         action = VehicleAction(

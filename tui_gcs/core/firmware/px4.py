@@ -142,8 +142,9 @@ class Px4Multicopter(Multicopter):
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
         """Change to AUTO LOITER, which reads no stick; on the ground and armed: disarm (a start was cancelled).
 
-        What a copy sends is decided anew for each, as the vehicle may lift off after the first. Out of OFFBOARD it gets
-        a stop target at `where()` until the mode shows. Done when it hardly moves in Hold, or is disarmed.
+        What a copy sends is decided anew for each, as the vehicle may lift off after the first. In OFFBOARD it also
+        gets a position target at `where()`: the first at once, before the first copy, and then every 0.1 s until its
+        heartbeat shows another mode (`Offboard.leave`). Done when it hardly moves in Hold, or is disarmed.
         """
         self._end_guided(vehicle, where)
         vehicle_id = vehicle.id

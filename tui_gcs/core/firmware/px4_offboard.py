@@ -26,7 +26,8 @@ OFFBOARD = 6 << 16
 """custom_mode: main mode 6."""
 ENTER_ACTION = "mode OFFBOARD"
 LEAVING = StopReason("brake to leave OFFBOARD")
-"""The order that makes it leave has its own line in the journal, with who gave it."""
+"""The permission of the position targets on the way out. The order that makes a vehicle leave has its own line in the
+journal, with who gave it."""
 LEAD_IN_S = 1.0
 """The stream runs this long before the mode is requested."""
 SETPOINT_GAP_S = 0.1
@@ -87,8 +88,8 @@ class Offboard:
             stream = self._streams[vehicle.id] = _Stream(now, now, leaving_until_s=now + LEAVES_WITHIN_S * leaving)
         stream.sent_s = now
         if vehicle.telemetry.custom_mode == OFFBOARD and not stream.tries and now < stream.leaving_until_s:
-            # The mode order of the stream before may still arrive.
-            return  # that may be over with the next heartbeat
+            # The mode order that ended the previous stream may still arrive, and take it out of OFFBOARD.
+            return
         if vehicle.telemetry.custom_mode == OFFBOARD:
             stream.entered, stream.out_s = True, math.inf
         elif stream.entered:

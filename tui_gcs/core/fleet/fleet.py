@@ -432,7 +432,7 @@ class VehicleRegistry:
             listener(vehicle)
 
     def tick(self) -> None:
-        """Read the newest telemetry, notice lost vehicles and returns, check paths, finish chunked texts."""
+        """Read the newest telemetry, report lost vehicles and those heard again, check paths, finish chunked texts."""
         now = self._clock.now()
         for intake in self.intakes.values():
             intake.settle()
@@ -452,7 +452,7 @@ class VehicleRegistry:
         self.texts.tick(self.vehicles)
 
     def _check_vehicles(self, now: float) -> None:
-        """Notice lost vehicles and returns, and confirm vehicles that sent enough frames."""
+        """Report vehicles that are lost or heard again, and confirm those that sent enough frames."""
         vehicles, lost = list(self.vehicles.values()), self._lost
         # A position that is newer than the limit shows that the vehicle is heard, and is cheaper to read than
         # `last_heard_s`.

@@ -23,15 +23,13 @@ UNKNOWN_POSITION: Vec3 = (NAN, NAN, NAN)
 STALE_AFTER_S = 3.0
 """A vehicle without a new position for this long is stale (docs/architecture.md)."""
 LOST_AFTER_S = 3.5
-"""A vehicle without any frame for this long is LOST (docs/architecture.md; QGroundControl's VehicleLinkManager uses the
-same)."""
+"""A vehicle without a frame of its autopilot for this long is LOST: see `Vehicle.freshness`. QGroundControl's
+VehicleLinkManager uses the same."""
+HIGH_LATENCY_LOST_AFTER_S = 120.0
+"""A vehicle that is heard by HIGH_LATENCY2 only is stale or LOST after this time instead (PX4's COM_HLDL_LOSS_T)."""
 
 LANDED_ON_GROUND = 1
 """MAV_LANDED_STATE_ON_GROUND in EXTENDED_SYS_STATE.landed_state."""
-
-
-HIGH_LATENCY_LOST_AFTER_S = 120.0
-"""The same limit for a vehicle that is heard by HIGH_LATENCY2 only (PX4's COM_HLDL_LOSS_T)."""
 SIGNATURE_VALID_S = 3.0
 """Stops also go to an address that brought good signatures within this time, since the path in use may be a relay."""
 IDS_PER_NETWORK = 1000
@@ -342,7 +340,11 @@ class Vehicle:
         return next((path for path in self.paths if path.source is source), None)
 
     def freshness(self, now: float) -> Freshness:
-        """Return OK, STALE or LOST at station time `now`."""
+        """Return OK, STALE or LOST at station time `now`: the one place that decides whether a vehicle is lost.
+
+        LOST: no frame of its autopilot for `lost_after_s`, over any accepted path. STALE: no position for 3 s, or 120 s
+        while it reports by HIGH_LATENCY2.
+        """
         silent_s = now - self.last_heard_s
         if silent_s > LOST_AFTER_S and silent_s > self.lost_after_s(now):
             return Freshness.LOST

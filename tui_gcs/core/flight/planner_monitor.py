@@ -1,7 +1,9 @@
 """Watchdog of one team's planner: is its worker process there, does it answer in time, did it fail?
 
 The station never waits for a planner. One that is silent for `SILENT_S` while its vehicles fly, or late `LATE_IN_A_ROW`
-times in a row, has its vehicles held, and its worker process is ended and started again.
+times in a row, has its vehicles held (`TeamController.tick`, `Station._steer`). Its worker process is ended and started
+again by `core/process/planner_workers.py`, which `kill_wanted` requests. While a worker gets no CPU time, its last plan
+is flown to its end instead, for `CONFIGURE_S` at most.
 """
 
 import math

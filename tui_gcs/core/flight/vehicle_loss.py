@@ -1,8 +1,8 @@
 """A vehicle leaves the mission: it is LOST, without position, replaced, in an emergency, or in a mode of its own.
 
 From then on it is in `Phase.TAKEN_OUT`, and nothing is sent to it unless an operator orders it. When it is heard again,
-`comeback` decides what it does. That a vehicle is LOST or its position stale is decided by the time since its last
-frame: `Vehicle.freshness`.
+`comeback` decides what it does. Whether a vehicle is LOST, or its position stale, is decided in `Vehicle.freshness`, by
+the time since the last frame of its autopilot and since its last position.
 """
 
 import math

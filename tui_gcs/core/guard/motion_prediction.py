@@ -46,7 +46,8 @@ MAX_AGE_S = 5.0
 """By this age of its position a vehicle without a link brakes or turns home: it is not looked for ever farther away,
 except on its way to a place it was sent to."""
 LOST_AGE_S = 3.0
-"""A drifting vehicle with an older position is anywhere between where it was and where it may be by now."""
+"""A drifting vehicle with an older position is anywhere between where it was and where it may be by now. This is a
+limit of the prediction; whether a vehicle is LOST is decided in `Vehicle.freshness`."""
 TURNED_S = 1.0
 """The last set-point that it received may have turned it for this long."""
 

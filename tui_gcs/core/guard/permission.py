@@ -1,8 +1,9 @@
 """Permissions: what must come with every frame to a vehicle.
 
-A set-point carries the guard's verdict on its course. A stop (hold, return, land, disarm) carries a stop reason
-instead: it is never vetoed, and leaves over every path to the vehicle. A question carries no more than its name, which
-has to be on the list of `uplink.questions`. The uplink has no way to send without one of the three.
+A set-point carries the guard's verdict on its course, an order the guard's verdict on it. A stop (hold, return, land,
+disarm) carries a stop reason instead: it is never vetoed, and leaves over every path to the vehicle. A question carries
+no more than its name, which has to be on the list of `uplink.questions`. The uplink has no way to send without one of
+the three.
 """
 
 from dataclasses import dataclass

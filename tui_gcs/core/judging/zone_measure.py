@@ -26,9 +26,9 @@ from tui_gcs.core.scenario.model import Round, Scenario, zone_cells
 WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole within this time will not be."""
 LAPS = 3
-"""Slot periods after which a cell that was never seen lies beside the tour: one sees everything."""
+"""A cell that is unseen after this many slot periods stays so: in one the vehicles together see the whole tour."""
 STALLED_S = 120.0
-"""The same for planners without a tour: time without a new cell."""
+"""For planners without a tour: after this time without a new cell, those still unseen will stay so."""
 
 
 class ZoneMeasure:

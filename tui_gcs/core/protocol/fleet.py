@@ -37,7 +37,7 @@ class Phase(StrEnum):
 
 
 class Freshness(StrEnum):
-    """How recently a vehicle was heard. STALE: no position for 3 s; LOST: no frame of any kind for 3.5 s."""
+    """How recently a vehicle was heard. STALE: no position for 3 s; LOST: no frame of its autopilot for 3.5 s."""
 
     OK = "ok"
     STALE = "stale"
@@ -63,8 +63,9 @@ class VehicleRow(NamedTuple):
     """One vehicle of a fleet frame: the declaration of every value that a roster shows.
 
     `FleetFrame` has a column for each field, in the same order and with the same meaning. To add a value, declare it
-    here and in `FleetFrame`, and read it from the vehicle in `core/station/fleet_frame.py`. The mark of a field gives
-    the console (`feed/visible_changes.py`) the smallest change that is worth a repaint; unmarked: every change is.
+    here and in `FleetFrame`, and read it from the vehicle in `core/station/fleet_frame.py`. It is shown by a line in
+    `COLUMNS` of `widgets/fleet/roster.py`. The mark of a field gives the console (`feed/visible_changes.py`) the
+    smallest change that is worth a repaint; unmarked: every change is.
     """
 
     id: int
@@ -131,7 +132,7 @@ class FleetFrame(Message, frozen=True):
     age_s: tuple[float, ...] = ()
     """Seconds since the newest position."""
     heard_age_s: tuple[float, ...] = ()
-    """Seconds since the newest frame of any kind."""
+    """Seconds since the newest frame of the autopilot, of any message."""
     loss_pct: tuple[float, ...] = ()
     slot: tuple[str, ...] = ()
     """The planner's name for this vehicle's place in its plan, e.g. "2/4"; empty without one."""

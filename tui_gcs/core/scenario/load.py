@@ -2,7 +2,9 @@
 
     FILE: KEYPATH (line N): what is wrong; what is allowed
 
-The form of each value is checked here; whether values fit together is checked in `check`.
+Each key is read, and its value checked, by a getter of `fields.Table`. Ranges are arguments of the getters, or stand in
+the structs of `model` that `Table.struct` fills. A key that no getter asked for is unknown (`Table.done`). A problem
+gets its line in `fields.Problems.add`, from `lines.find_line`. Whether values fit together is checked in `check`.
 """
 
 import math

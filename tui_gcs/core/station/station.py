@@ -146,11 +146,11 @@ class Station:
         """Send set-points; none right after a stall, when what is known of the vehicles may be from before it."""
         if self.integrity.stall_detector.catches_up:
             return
-        # Holds for silent planners come before the set-points of this tick, which would contradict them.
+        # Holds for planners that do not answer come before the set-points of this tick, which would contradict them.
         for controller in self.active.team_controllers.values():
-            silent = controller.tick()
-            if silent:
-                self.flight.executive.hold(tuple(silent), stays="", ordered=False)
+            must_hold = controller.tick()
+            if must_hold:
+                self.flight.executive.hold(tuple(must_hold), stays="", ordered=False)
         self.flight.follow_control.tick()
         self.flight.steering.tick()
 

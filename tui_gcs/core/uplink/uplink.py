@@ -317,7 +317,10 @@ class Uplink:
         return self._trust.signed(vehicle, frame)
 
     def _put(self, ways: Iterable[tuple[str, Address]], frame: bytes, permission: Permission) -> None:
-        """Send a frame over each way. This is the only call of `Link.send` to vehicles; it needs a permission."""
+        """Send a frame over each way. This is the only call of `Link.send` to vehicles.
+
+        `permission` is not read here. It is an argument so that no caller can send without having one.
+        """
         for link, address in ways:
             if self._links[link].spec.high_latency and frame[7:10] == HEARTBEAT_ID:
                 continue

@@ -1,4 +1,4 @@
-"""The fleet as a table that can be sorted and filtered; narrow terminals drop columns, never rows."""
+"""The fleet table of the vehicles screen, sorted and filtered; narrow terminals drop columns, never rows."""
 
 import math
 from collections.abc import Callable, Collection, Sequence

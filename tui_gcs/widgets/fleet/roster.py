@@ -1,4 +1,4 @@
-"""The fleet as a table: narrow terminals drop columns, never rows."""
+"""The roster: the fleet on the fly screen, one line for each vehicle. Narrow terminals drop columns, never rows."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -68,6 +68,7 @@ def _age(row: VehicleRow, _width: int) -> str:
     return UNKNOWN if age_s is None else "" if age_s == 0 else f"{min(age_s, 999)}"
 
 
+# To show another value of `VehicleRow`, add a line here: see the list for a telemetry value in CONTRIBUTING.md.
 COLUMNS = (
     Column("ID", 3, 100, lambda row, _: str(row.id)),
     Column("TEAM", 7, 30, lambda row, _: row.team, left=True),
