@@ -20,7 +20,7 @@ def test_check_is_content_with_it_for_any_number_of_vehicles(vehicles: int, caps
     assert main(["scenario", "new", "mine.toml", "--vehicles", str(vehicles)]) == 0
     assert "p shows the plan screen" in capsys.readouterr().out
     assert main(["check", "mine.toml", "--json"]) == 0
-    assert {finding["level"] for finding in json.loads(capsys.readouterr().out)["findings"]} == {"note"}
+    assert {finding["level"] for finding in json.loads(capsys.readouterr().out)["data"]["findings"]} == {"note"}
     scenario = load("mine.toml")
     assert (scenario.name, scenario.vehicle_count) == ("mine", vehicles)
     assert [vehicle for team in scenario.teams for vehicle in team.vehicles] == list(range(1, vehicles + 1))

@@ -206,7 +206,7 @@ def test_b6_86_no_table_is_written_that_a_spreadsheet_would_calculate() -> None:
     sources = {path: path.read_text(encoding="utf-8") for path in Path(tui_gcs.__file__).parent.rglob("*.py")}
     assert len(sources) > 100
     assert [str(path) for path, text in sources.items() if re.search(r"csv\.writer|csv\.DictWriter", text)] == [
-        str(Path(tui_gcs.__file__).parent / "cli" / "flights" / "metric_files.py")
+        str(Path(tui_gcs.__file__).parent / "core" / "formats" / "csv_table.py")
     ]
     evil = "=HYPERLINK(1)"
     flight = FlightResult("it", 42, [], [], records=[RecordedEvent(1.0, "one", evil, "-1+1", None, "@SUM(A1)")])

@@ -33,7 +33,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def apply(arguments: argparse.Namespace, environ: MutableMapping[str, str]) -> None:
-    """Put the options that were given into the environment."""
+    """Put the options of a command with a console into the environment, where they were given."""
+    if not hasattr(arguments, "slow"):
+        return
     for name, variable in (("slow", "TUI_GCS_SLOW"), ("plain", "TUI_GCS_PLAIN"), ("read_only", "TUI_GCS_READ_ONLY")):
         if getattr(arguments, name, False):
             environ[variable] = "1"

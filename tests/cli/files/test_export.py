@@ -28,7 +28,7 @@ def test_a_row_for_each_position_of_each_vehicle(capsys: pytest.CaptureFixture[s
     assert main(["export", str(TLOG), "--vehicles", "2,5"]) == 0
     table = rows(capsys.readouterr().out)
     assert {row["vehicle"] for row in table} == {"2", "5"}
-    assert table[0]["time_s"] == "0.000" and table[0]["time_utc"].endswith("Z")
+    assert float(table[0]["time_s"]) == 0.0 and table[0]["time_utc"].endswith("Z")
     times = [float(row["time_s"]) for row in table]
     assert times == sorted(times)
 

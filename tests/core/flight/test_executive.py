@@ -496,7 +496,7 @@ def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig)
         e.source: (e.text, e.severity) for e in flight.events() if "isarmed by" in e.text or "DISARMED" in e.text
     }
     assert reported["vehicle 1"] == ("landed and disarmed by its mission on board", 6)
-    assert reported["vehicle 2"] == ("DISARMED, no landing was ordered", 1)
+    assert reported["vehicle 2"] == ("DISARMED IN THE AIR, 34 m high: it falls", 1)
 
 
 def test_a_vehicle_that_disarms_in_flight_is_an_alarm(rig: MakeRig) -> None:

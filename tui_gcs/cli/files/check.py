@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.planner and not is_scenario:
         raise CommandError("--planner is of a scenario (.toml)")
     planners = read_planners(arguments.planner)
-    elevation = elevation_of(arguments.terrain)
+    elevation = elevation_of(arguments.terrain or os.environ.get("TUI_GCS_TERRAIN"))
     lines = (
         scenario_lines(path, preview, planners, elevation) if is_scenario else other_lines(path, arguments, elevation)
     )

@@ -11,7 +11,7 @@ from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.files.file_access import MAX_CELLS, may_write, put
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.formats.track_files import SourcePoint, csv_lines, gpx_text, kml_text
+from tui_gcs.core.formats.track_files import SourcePoint, csv_text, gpx_text, kml_text
 from tui_gcs.core.records.flight_points import LeftOut, TlogPoints
 from tui_gcs.core.records.onboard_logs import DataFlashPoints, OnboardLogError, ULogPoints, has_gps_time
 from tui_gcs.core.records.tlog_reader import TlogError
@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
     flights = [_Flight(path, wanted) for path in paths]
     points = heapq.merge(*flights, key=lambda each: each[1].wall_s)
     title = ", ".join(path.name for path in paths)
-    lines = {"csv": csv_lines(points), "kml": _later(kml_text, points, title), "gpx": _later(gpx_text, points, title)}
+    lines = {"csv": csv_text(points), "kml": _later(kml_text, points, title), "gpx": _later(gpx_text, points, title)}
     if target is None:
         for line in lines[kind]:
             sys.stdout.write(line)

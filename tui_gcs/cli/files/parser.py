@@ -52,7 +52,7 @@ def add(commands: Commands) -> None:
     check.add_argument("--scenario", metavar="SCENARIO.toml", help="judge a plan by its operating area, too")
     check.add_argument("--round", metavar="N|NAME", help="of the scenario (default: the first)")
     check.add_argument("--home", metavar="LAT,LON", help="where it starts, if the file does not say it")
-    known = "heights of the ground: an SRTM tile (.hgt), a folder of them, or an ESRI grid in degrees (.asc)"
+    known = "heights of the ground: an SRTM tile (.hgt), a folder of them, or an .asc grid (also: TUI_GCS_TERRAIN)"
     check.add_argument("--terrain", metavar="PATH", help=known)
     known = "of a scenario: a planner in a file, so that gates of its metrics are checked; may be repeated"
     options.repeated(check, "--planner", "FILE.py", known)

@@ -1,11 +1,9 @@
 """Metrics and single events of a flight as CSV files, for spreadsheets and notebooks."""
 
-import csv
-import io
-from collections.abc import Sequence
 from pathlib import Path
 
 from tui_gcs.cli.result_table import written
+from tui_gcs.core.formats.csv_table import csv_lines
 from tui_gcs.core.judging.flight_result import FlightResult
 
 METRIC_COLUMNS = ("round", "team", "metric", "unit", "t_s", "value")
@@ -30,22 +28,10 @@ def metrics_csv(result: FlightResult) -> str:
         for s in result.metrics
         for t_s, value in zip(s.times_s, s.values, strict=True)
     ]
-    return _csv(METRIC_COLUMNS, rows)
+    return "".join(csv_lines(METRIC_COLUMNS, rows))
 
 
 def events_csv(result: FlightResult) -> str:
     """Return one line for each event, seconds since the start of the flight."""
-    return _csv(EVENT_COLUMNS, [(e.t_s, e.round, e.kind, e.subject, e.vehicle or "", e.text) for e in result.records])
-
-
-def _csv(columns: tuple[str, ...], rows: Sequence[tuple[object, ...]]) -> str:
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(columns)
-    lines.writerows(tuple(_safe(cell) for cell in row) for row in rows)
-    return text.getvalue()
-
-
-def _safe(cell: object) -> object:
-    """Return a cell that no spreadsheet takes for a formula: names may come from a planner's file."""
-    return f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell
+    rows = ((e.t_s, e.round, e.kind, e.subject, e.vehicle or "", e.text) for e in result.records)
+    return "".join(csv_lines(EVENT_COLUMNS, rows))

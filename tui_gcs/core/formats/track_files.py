@@ -3,14 +3,13 @@
 Numbers that are unknown are left empty. Heights in KML and GPX are above mean sea level, times are UTC.
 """
 
-import csv
 import html
-import io
 import math
 from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.formats.csv_table import csv_lines
 from tui_gcs.core.records.flight_points import FlightPoint
 
 MAX_TITLE_CELLS = 200
@@ -47,34 +46,27 @@ SourcePoint = tuple[str, FlightPoint]
 """The name of the log, and a point of it."""
 
 
-def csv_lines(points: Iterable[SourcePoint]) -> Iterator[str]:
+def csv_text(points: Iterable[SourcePoint]) -> Iterator[str]:
     """Yield the lines of a CSV file, one for each point, in the order given."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(CSV_COLUMNS)
+    return csv_lines(CSV_COLUMNS, _csv_rows(points))
+
+
+def _csv_rows(points: Iterable[SourcePoint]) -> Iterator[tuple[object, ...]]:
     first_s: float | None = None
     for source, point in points:
         first_s = point.wall_s if first_s is None else first_s
-        armed = "" if point.armed is None else int(point.armed)
-        writer.writerow(
-            (
-                _utc(point.wall_s),
-                f"{point.wall_s - first_s:.3f}",
-                source,
-                point.vehicle,
-                f"{point.lat_deg:.7f}",
-                f"{point.lon_deg:.7f}",
-                *(_number(value) for value in point[4:10]),
-                point.mode,
-                armed,
-                _number(point.battery_pct),
-            )
+        yield (
+            _utc(point.wall_s),
+            round(point.wall_s - first_s, 3),
+            source,
+            point.vehicle,
+            round(point.lat_deg, 7),
+            round(point.lon_deg, 7),
+            *(round(value, 2) if math.isfinite(value) else "" for value in point[4:10]),
+            point.mode,
+            "" if point.armed is None else int(point.armed),
+            round(point.battery_pct, 1) if math.isfinite(point.battery_pct) else "",
         )
-        yield buffer.getvalue()
-        buffer.seek(0)
-        buffer.truncate()
-    if rest := buffer.getvalue():
-        yield rest
 
 
 def kml_text(points: Iterable[SourcePoint], title: str) -> str:
