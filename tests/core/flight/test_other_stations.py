@@ -158,6 +158,22 @@ def test_a_px4_that_has_ended_its_mission_holds_and_is_not_alarmed(rig: MakeRig)
     assert left(other) == "HOLD"
 
 
+@pytest.mark.parametrize("named", [(), (2,)], ids=["all", "named"])
+def test_a_vehicle_of_no_team_that_this_station_sent_on_its_mission_is_held_too(
+    rig: MakeRig, named: tuple[int, ...]
+) -> None:
+    flight = on_its_mission(rig)
+    del flight.station.flight.flights.by_id[2]
+    order(flight, OnBoardMission((2,), "continue"))
+    flight.run(4.0)
+    reply = flight.ask(m.Hold(vehicles=named))
+    assert (2, True, "holds, is in no team") in [(r.vehicle, r.ok, r.text) for r in reply.results]
+    flight.run(8.0)
+    assert flight.speed(2) < 0.5
+    assert left(flight) == ""
+    assert (2, False) in [(r.vehicle, r.ok) for r in flight.ask(m.Hold(vehicles=(2,))).results]
+
+
 def test_a_vehicle_of_no_team_on_its_mission_is_alarmed_too(rig: MakeRig) -> None:
     flight = on_its_mission(rig)
     del flight.station.flight.flights.by_id[2]

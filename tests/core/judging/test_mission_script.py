@@ -9,6 +9,7 @@ from tests.core.flight.test_start_safety import standing_on
 from tests.core.rigs.rig import TICK_S, Rig, scenario
 from tui_gcs.core.judging.mission_script import Script, Step, refusal_words
 from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.protocol.flight import Land
 
@@ -103,6 +104,35 @@ def test_an_abort_brings_everybody_home(rig: MakeRig) -> None:
     assert script.step is Step.RETURN
     fly(flight, script, 150.0)
     assert script.problem == "interrupted" and not flight.sim.armed.any()
+
+
+@pytest.mark.parametrize("ends", ["flown on", "interrupted"])
+def test_a_start_whose_answer_is_lost_leaves_nobody_in_the_air(
+    rig: MakeRig, monkeypatch: pytest.MonkeyPatch, ends: str
+) -> None:
+    """The station carried the start out, and died or was busy before it could answer."""
+    flight = rig(2)
+    ask = flight.bus.ask
+
+    def ask_in_vain(key: str, data: bytes) -> bytes:
+        ask(key, data)
+        raise BusError("nobody answers")
+
+    monkeypatch.setattr(flight.bus, "ask", ask_in_vain)
+    script = script_for(flight)
+    while not script._unanswered:
+        wait(flight, script, TICK_S)
+    monkeypatch.setattr(flight.bus, "ask", ask)
+    if ends == "interrupted":
+        script.abort("interrupted")
+        assert script.step is Step.RETURN
+        fly(flight, script, 150.0)
+        assert script.problem == "interrupted"
+    else:
+        fly(flight, script, 100.0, Step.ROUND)
+        script.abort("seen enough")
+        fly(flight, script, 150.0)
+    assert script.referee.started == (1, 2) and not flight.sim.armed.any()
 
 
 def test_an_abort_before_the_start_is_the_end(rig: MakeRig) -> None:

@@ -55,6 +55,7 @@ class CourseMonitor:
     def watch_mission(self, vehicle: int) -> None:
         """A vehicle of no team was sent on its mission; the executive watches those of teams."""
         self._missions[vehicle] = math.nan
+        self._flights.sent.add(vehicle)
 
     def look(self, vehicles: Mapping[int, Vehicle], now: float) -> dict[int, str]:
         """Bring `found` up to date and return it; to be called some times a second."""
@@ -77,8 +78,9 @@ class CourseMonitor:
         found = {}
         for vehicle_id, seen_s in list(self._missions.items()):
             vehicle = vehicles.get(vehicle_id)
-            if vehicle is None or not vehicle.telemetry.airborne:
+            if vehicle is None or not vehicle.telemetry.airborne or vehicle_id not in self._flights.sent:
                 del self._missions[vehicle_id]
+                self._flights.sent.discard(vehicle_id)
             elif self._firmware.of(vehicle).flies_mission(vehicle):
                 self._missions[vehicle_id] = now
             elif vehicle.freshness(now) is Freshness.OK and now - seen_s > LEFT_S:  # False while it is NaN

@@ -86,12 +86,18 @@ class Executive:
         results = []
         for vehicle in self._fleet.in_order():
             flight = self._flights.get(vehicle.id)
-            concerned = flight is not None and (vehicle.telemetry.airborne or flight.phase is not Phase.GROUND)
+            sent = vehicle.id in self._flights.sent and vehicle.telemetry.airborne
+            concerned = sent or (
+                flight is not None and (vehicle.telemetry.airborne or flight.phase is not Phase.GROUND)
+            )
             left_out = vehicle.id in but or (vehicles and vehicle.id not in vehicles)
             # A named vehicle in the air that is in no team gets a result as well: that it is not ours to command.
             if left_out or not (concerned or (vehicles and vehicle.telemetry.airborne)):
                 continue
             why = "is in no team: not ours to command"
+            if sent and flight is None:
+                results.append(self._hold_sent(vehicle, by_name=bool(vehicles), by=by))
+                continue
             if flight is not None:
                 why = self._firmware.of(vehicle).why_not(vehicle)
                 why = why or self._why_left_to_itself(flight, vehicle, by_name=bool(vehicles))
@@ -105,6 +111,16 @@ class Executive:
             # A hold of named vehicles does not end the run of the others.
             self.run = RunPhase.HOLD
         return tuple(results)
+
+    def _hold_sent(self, vehicle: Vehicle, *, by_name: bool, by: str) -> VehicleResult:
+        """Hold a vehicle of no team that this station sent on its mission."""
+        why = self._firmware.of(vehicle).why_not(vehicle) or self._why_with_pilot(vehicle, by_name=by_name)
+        if why:
+            return VehicleResult(vehicle=vehicle.id, ok=False, text=why)
+        self._flights.sent.discard(vehicle.id)
+        self._commands.cancel(vehicle.id)
+        self._commands.submit(self._steering.hold_action(vehicle, by=by))
+        return VehicleResult(vehicle=vehicle.id, ok=True, text="holds, is in no team")
 
     def hold_for_separation(self, vehicle: Vehicle, stays: str) -> None:
         """Hold one vehicle before it comes too close to another; `stays` is why it does not go on with the others."""
@@ -229,6 +245,12 @@ class Executive:
             return ""
         if flight.step is TakenOut.EMERGENCY:
             return "is in an emergency: left out, name it"
+        return self._why_with_pilot(vehicle, by_name=by_name)
+
+    def _why_with_pilot(self, vehicle: Vehicle, *, by_name: bool) -> str:
+        """Why an order to all vehicles leaves this one to the person with the remote control; "" if nobody flies it."""
+        if by_name:
+            return ""
         # Of two vehicles with one id, either may report the mode.
         if vehicle.telemetry.airborne and flown_by_pilot(vehicle) and not vehicle.why_not_commanded:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)

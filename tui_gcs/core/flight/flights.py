@@ -245,6 +245,8 @@ class FlightTable:
     by_id: dict[int, Flight] = field(default_factory=dict)
     scenario: Scenario | None = None
     """The scenario that the teams were last put together for."""
+    sent: set[int] = field(default_factory=set)
+    """Vehicles of no team that this station sent on the mission they hold, until they land or are held."""
 
     def __iter__(self) -> Iterator[Flight]:
         """Iterate over the flights in order of vehicle id."""

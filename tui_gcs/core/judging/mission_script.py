@@ -90,6 +90,8 @@ class Script:
         self._since_s = math.nan
         self._try_s = -math.inf
         self._refusal, self._unread_s = "", math.nan
+        self._unanswered: tuple[int, ...] = ()
+        """The vehicles of a start without an answer: whether it was carried out is not known."""
         self._flown_s = -math.inf
         self._held_s = math.nan
         bus.subscribe(keys.FLEET, lambda _, data: self.on_frame(decode(data, FleetFrame)))
@@ -159,6 +161,10 @@ class Script:
         if self.step in (Step.TAKE_OFF, Step.ROUND, Step.HOLD):
             self.problem = self.problem or why
             self._begin_return()
+        elif self.step is Step.WAIT and self._unanswered:
+            self.problem = self.problem or why
+            self.referee.started = self._unanswered
+            self._begin_return()
         elif self.step is Step.WAIT:
             self._end(why)
 
@@ -194,7 +200,23 @@ class Script:
         except BusError as error:
             return Reply(ok=False, text=str(error))
 
+    def _start(self, vehicles: tuple[int, ...]) -> Reply:
+        request = m.Start(vehicles=vehicles, overrides=self._overrides, operator=self._operator)
+        try:
+            return decode(self._bus.ask(self._key, encode(request)), Reply)
+        except BusError as error:
+            # The station may have died, or been busy, after it had carried the order out.
+            self._unanswered = vehicles
+            return Reply(ok=False, text=str(error))
+
+    def _started(self, vehicles: tuple[int, ...]) -> None:
+        self.referee.started = vehicles
+        self._enter(Step.TAKE_OFF)
+
     def _wait(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
+        if self._unanswered and status.run is not RunPhase.IDLE:
+            self._started(self._unanswered)
+            return
         members = {v for team in status.teams for v in team.members}
         rows = [row for row in frame.rows() if row.id in members]
         ready = [r.id for r in rows if r.freshness is Freshness.OK and r.gps_fix >= 3]
@@ -203,17 +225,15 @@ class Script:
         # Asking costs the station the whole list of checks, so not in every tick.
         if len(ready) == expected and now - self._try_s >= TRY_AGAIN_S:
             self._try_s = now
-            start = m.Start(vehicles=tuple(sorted(ready)), overrides=self._overrides, operator=self._operator)
-            reply = self._ask(start)
+            reply = self._start(tuple(sorted(ready)))
             if reply.ok:
-                self.referee.started = tuple(sorted(ready))
-                self._enter(Step.TAKE_OFF)
+                self._started(tuple(sorted(ready)))
                 return
             self._refused(now, reply)
         if not self.done and now - self._since_s > READY_LIMIT_S:
             names = ", ".join(map(str, missing)) or "all heard"
             text = f"{len(ready)} of {expected} vehicles (missing: {names}) {self._refusal}"
-            self._end(f"not ready after {READY_LIMIT_S:.0f} s: {text}".strip())
+            self.abort(f"not ready after {READY_LIMIT_S:.0f} s: {text}".strip())
 
     def _refused(self, now: float, reply: Reply) -> None:
         """Wait for what may heal or is being read; override the rest if `insists` is set, else give up."""
