@@ -37,9 +37,14 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Tests that run at 1x mostly wait: they come first and on one worker, so that the others fill the time."""
+    """Tests that run at 1x mostly wait: they come first and on one worker, so that the others fill the time.
+
+    Whole missions come next: one of them takes minutes, and begun last it would be waited for alone.
+    """
     config.stash[COLLECTED] = list(items)
-    items.sort(key=lambda item: item.get_closest_marker("process") is None)
+    tests = Path(__file__).parent
+    whole = [tests / "system", tests / "rehearsal"]
+    items.sort(key=lambda item: (item.get_closest_marker("process") is None, item.path.parent not in whole))
     for item in items:
         if item.get_closest_marker("process") is not None and item.get_closest_marker("xdist_group") is None:
             item.add_marker(pytest.mark.xdist_group("process"))

@@ -52,7 +52,8 @@ def test_a_stopped_service_brings_the_vehicles_home(tmp_path: Path, monkeypatch:
         output, _ = service.communicate(timeout=240)
         assert "interrupted: vehicles return and land" in output
         assert service.returncode == 1
-        assert "no station runs" in says("status"), "it was ended once both had landed"
+        # It is ended once both have landed; its process takes a moment to go.
+        until(lambda: "no station runs" in says("status"), 30, "the station has ended")
     finally:
         vehicles.terminate()
         vehicles.communicate(timeout=20)

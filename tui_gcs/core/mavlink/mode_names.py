@@ -125,6 +125,27 @@ _PX4_AUTO = {
     10: "VTOL_TAKEOFF",
 } | {10 + i: f"EXTERNAL{i}" for i in range(1, 9)}
 _PX4_POSCTL_MAIN, _PX4_AUTO_MAIN = 3, 4
+_PX4_NAV_STATES = {
+    0: "MANUAL",
+    1: "ALTCTL",
+    2: "POSCTL",
+    3: "MISSION",
+    4: "HOLD",
+    5: "RTL",
+    6: "SLOW",
+    10: "ACRO",
+    12: "DESCEND",
+    13: "TERMINATION",
+    14: "OFFBOARD",
+    15: "STABILIZED",
+    17: "TAKEOFF",
+    18: "LAND",
+    19: "FOLLOW",
+    20: "PRECLAND",
+    21: "ORBIT",
+    22: "VTOL_TAKEOFF",
+}
+"""vehicle_status.nav_state of PX4, which its own logs hold in place of a custom mode."""
 _PX4_OTHER_WORDS = {
     "POSITION": "POSCTL",
     "ALTITUDE": "ALTCTL",
@@ -158,6 +179,16 @@ def mode_name(autopilot: int, vehicle_type: int, custom_mode: int) -> str:
     if autopilot == AUTOPILOT_PX4:
         return _px4_name(custom_mode)
     return _ardupilot_modes(autopilot, vehicle_type).get(custom_mode, f"mode {custom_mode}")
+
+
+def ardupilot_mode_name(vehicle_type: int, number: int) -> str:
+    """Return the pilot's word for a mode of ArduPilot, as its own logs number them; `vehicle_type` is MAV_TYPE."""
+    return mode_name(AUTOPILOT_ARDUPILOT, vehicle_type, number)
+
+
+def px4_nav_state_name(nav_state: int) -> str:
+    """Return the pilot's word for a nav_state of PX4; "mode 99" for one without a name."""
+    return _PX4_NAV_STATES.get(nav_state, f"mode {nav_state}")
 
 
 def is_named(autopilot: int, vehicle_type: int, custom_mode: int) -> bool:

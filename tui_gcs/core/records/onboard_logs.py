@@ -14,8 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT
-from tui_gcs.core.mavlink.mode_names import mode_name
+from tui_gcs.core.mavlink.mode_names import ardupilot_mode_name, px4_nav_state_name
 from tui_gcs.core.records.flight_points import FlightPoint, LeftOut, ReportedState
 
 EARLIEST_WALL_S = 946_684_800.0
@@ -31,27 +30,6 @@ ID_PARAMETERS = ("MAV_SYSID", "SYSID_THISMAV")
 """ArduPilot's names for its MAVLink system id; the second one before version 4.7."""
 PX4_ARMED = 2
 """vehicle_status.arming_state of PX4."""
-PX4_NAV_STATES = {
-    0: "MANUAL",
-    1: "ALTCTL",
-    2: "POSCTL",
-    3: "MISSION",
-    4: "HOLD",
-    5: "RTL",
-    6: "SLOW",
-    10: "ACRO",
-    12: "DESCEND",
-    13: "TERMINATION",
-    14: "OFFBOARD",
-    15: "STABILIZED",
-    17: "TAKEOFF",
-    18: "LAND",
-    19: "FOLLOW",
-    20: "PRECLAND",
-    21: "ORBIT",
-    22: "VTOL_TAKEOFF",
-}
-"""vehicle_status.nav_state of PX4, in the words of `mavlink/mode_names`."""
 Topics = dict[str, dict[str, Any]]
 """The first instance of each topic of a ULog: arrays by field."""
 
@@ -95,7 +73,7 @@ class DataFlashPoints:
                 state.battery_pct = float(getattr(message, "RemPct", math.nan))
             elif kind == "MODE":
                 number = getattr(message, "ModeNum", message.Mode)
-                state.mode = mode_name(AUTOPILOT_ARDUPILOT, log.mav_type, int(number)) if _is_number(number) else ""
+                state.mode = ardupilot_mode_name(log.mav_type, int(number)) if _is_number(number) else ""
             elif kind == "ARM":
                 state.armed = bool(message.ArmState)
             elif kind == "EV":
@@ -199,7 +177,7 @@ class ULogPoints:
                 east,
                 -down,
                 math.degrees(yaw) % 360.0,
-                PX4_NAV_STATES.get(int(nav_state), f"mode {nav_state:.0f}") if nav_state == nav_state else "",
+                px4_nav_state_name(int(nav_state)) if nav_state == nav_state else "",
                 arming == PX4_ARMED if arming == arming else None,
                 100.0 * _at(battery, time_us, "remaining"),
             )
