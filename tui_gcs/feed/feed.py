@@ -103,7 +103,6 @@ class Feed:
         self._tasks: set[asyncio.Task[None]] = set()
         self._lagged = False
         self._last_delivery = float("-inf")
-        self._file_versions: dict[str, str] = {}
         self._attaching = False
 
     def listen(self, node: MessagePump) -> None:
@@ -236,7 +235,8 @@ class Feed:
 
     def _take_status(self, status: wire.StationStatus) -> None:
         # A station that was started anew counts its statuses from 0 again.
-        restarted = self.status is not None and status.seq < self.status.seq
+        before = self.status
+        restarted = before is not None and status.seq < before.seq
         was_lost, self.station_lost = self.station_lost, status.ending
         self.status = status
         if status.ending:
@@ -247,14 +247,9 @@ class Feed:
             self._listeners.post(posted.StationBack())
             self.events.begin_again(restarted=restarted)
             self._begin_attach()
-        elif self.scenario is None or self.scenario.revision != status.revision or self._files_changed(status):
+        elif self.scenario is None or self.scenario.revision != status.revision or _files_changed(before, status):
             self._begin_attach()  # the first exchange found no station yet, or a change was missed
-        self._file_versions = status.planner_files
         self._listeners.post_if_new("status", visible_status(status), posted.StatusUpdated(status))
-
-    def _files_changed(self, status: wire.StationStatus) -> bool:
-        """Whether a planner's file was saved (`tui-gcs planner watch`): it may take other parameters now."""
-        return bool(self._file_versions) and status.planner_files != self._file_versions
 
     def _take_plans(self) -> None:
         new = dict(self.annotations)
@@ -309,3 +304,8 @@ class Feed:
         task = asyncio.get_running_loop().create_task(job)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+
+def _files_changed(before: wire.StationStatus | None, status: wire.StationStatus) -> bool:
+    """Whether a planner's file was saved (`tui-gcs planner watch`): it may take other parameters now."""
+    return before is not None and bool(before.planner_files) and status.planner_files != before.planner_files
