@@ -80,7 +80,8 @@ def _sign(value: float) -> float:
 
 def _yaw(value: float) -> float:
     """Degrees from 0 up; NaN leaves the heading to the autopilot."""
-    return value % 360.0 if math.isfinite(value) else value
+    # Twice: a hair below 0 is 360.0 after the first time.
+    return value % 360.0 % 360.0 if math.isfinite(value) else value
 
 
 def _turns(value: float) -> float:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.core.rigs.plan_peers import circle, fence, mission, square, waypoint
@@ -72,6 +72,7 @@ def test_a_vehicle_that_is_not_ours_gets_nothing_and_the_job_has_the_reason(rig:
 
 
 @given(PLANS, DIALECTS)
+@example(Plan(PlanKind.MISSION, (waypoint(0, command=21, params=(0.0, 0.0, 0.0, -8.8e-32)),)), PX4)
 def test_whatever_a_vehicle_holds_can_be_judged(plan: Plan, dialect: PlanDialect) -> None:
     check(plan)
     assert dialect.from_wire(plan.kind, dialect.to_wire(plan)).kind is plan.kind
