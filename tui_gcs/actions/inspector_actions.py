@@ -1,6 +1,7 @@
 """The inspector's keys, for bindings, footer and help."""
 
-from tui_gcs.actions.action import COMMAND, SELECT, VIEW, action
+from tui_gcs.actions.action import COMMAND, VIEW, action
+from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS
 
 COPY = "Copy"
 
@@ -14,13 +15,7 @@ INSPECTOR_ACTIONS = (
     action("scroll_down", "right_square_bracket", "", "more fields", VIEW, shown="[ ]", do="scroll(3)"),
     action("scroll_up", "left_square_bracket", "", "", VIEW, do="scroll(-3)"),
     action("copy", "y", "copy", "what is shown of the message, to the terminal's clipboard (OSC 52)", COPY, 6),
-    action("select_next", "n", "", "look at the next and previous vehicle", SELECT, shown="n/N", do="look(1)"),
-    action("select_previous", "N", "", "", SELECT, do="look(-1)"),
-    action("up", "up k", "", "the row above and below; PgUp, PgDn, Home, End too", VIEW, shown="arrows", do="step(-1)"),
-    action("down", "down j", "", "", VIEW, do="step(1)"),
-    action("page_up", "pageup", "", "", VIEW, do="page(-1)"),
-    action("page_down", "pagedown", "", "", VIEW, do="page(1)"),
-    action("first", "home", "", "", VIEW, do="end(-1)"),
-    action("last", "end", "", "", VIEW, do="end(1)"),
+    *LOOK_ACTIONS,
+    *ROW_ACTIONS,
     action("cancel", "escape", "", "end the search", VIEW),
 )

@@ -1,6 +1,7 @@
 """The keys of the links screen, for bindings, footer and help."""
 
-from tui_gcs.actions.action import COMMAND, SELECT, VIEW, action
+from tui_gcs.actions.action import COMMAND, VIEW, action
+from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS
 
 LINK_ACTIONS = (
     action("rate", "R", "rate", "what the link carries, bytes per second; the vehicles' messages follow", COMMAND, 7),
@@ -8,13 +9,7 @@ LINK_ACTIONS = (
     action("close", "delete C", "close", "the link; asks", COMMAND, 6, shown="Del"),
     action("next_view", "tab", "view", "links, paths of vehicles, forwarding partners", VIEW, 9),
     action("worst", "w", "worst", "paths: the worst first, or by vehicle", VIEW, 7),
-    action("select_next", "n", "", "look at the next and previous vehicle", SELECT, shown="n/N", do="look(1)"),
-    action("select_previous", "N", "", "", SELECT, do="look(-1)"),
-    action("up", "up k", "", "the row above and below; PgUp, PgDn, Home, End too", VIEW, shown="arrows", do="step(-1)"),
-    action("down", "down j", "", "", VIEW, do="step(1)"),
-    action("page_up", "pageup", "", "", VIEW, do="page(-1)"),
-    action("page_down", "pagedown", "", "", VIEW, do="page(1)"),
-    action("first", "home", "", "", VIEW, do="end(-1)"),
-    action("last", "end", "", "", VIEW, do="end(1)"),
+    *LOOK_ACTIONS,
+    *ROW_ACTIONS,
     action("cancel", "escape", "", "forget the report of the last key", VIEW),
 )

@@ -1,6 +1,7 @@
 """The parameters screen's keys, for bindings, footer and help."""
 
-from tui_gcs.actions.action import COMMAND, SELECT, VIEW, action
+from tui_gcs.actions.action import COMMAND, VIEW, action
+from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS
 
 FILES = "Files"
 
@@ -17,13 +18,7 @@ PARAMETER_ACTIONS = (
     action("previous_group", "left_square_bracket", "", "", VIEW),
     action("load", "i", "load", "a parameter file: shows what differs, then asks", FILES, 5),
     action("write", "W", "save", "the parameters of the vehicle looked at to a file", FILES, 5),
-    action("select_next", "n", "", "look at the next and previous vehicle", SELECT, shown="n/N", do="look(1)"),
-    action("select_previous", "N", "", "", SELECT, do="look(-1)"),
-    action("up", "up k", "", "the row above and below; PgUp, PgDn, Home, End too", VIEW, shown="arrows", do="step(-1)"),
-    action("down", "down j", "", "", VIEW, do="step(1)"),
-    action("page_up", "pageup", "", "", VIEW, do="page(-1)"),
-    action("page_down", "pagedown", "", "", VIEW, do="page(1)"),
-    action("first", "home", "", "", VIEW, do="end(-1)"),
-    action("last", "end", "", "", VIEW, do="end(1)"),
+    *LOOK_ACTIONS,
+    *ROW_ACTIONS,
     action("cancel", "escape", "", "end the search", VIEW),
 )

@@ -1,6 +1,7 @@
 """The keys of the screen of tasks and people, for bindings, footer and help."""
 
 from tui_gcs.actions.action import COMMAND, VIEW, action
+from tui_gcs.actions.list_actions import ROW_ACTIONS
 
 TASK_ACTIONS = (
     action("end_task", "delete C", "cancel", "the chosen task, also another console's; asks", COMMAND, 8, shown="Del"),
@@ -8,11 +9,6 @@ TASK_ACTIONS = (
     action("take_control", "G", "take control", "without commanding anything; asks", COMMAND, 6),
     action("next_view", "tab", "view", "tasks; people and programs that are connected", VIEW, 9),
     action("only_running", "e", "running", "only tasks under way, or all that are remembered", VIEW, 7),
-    action("up", "up k", "", "the row above and below; PgUp, PgDn, Home, End too", VIEW, shown="arrows", do="step(-1)"),
-    action("down", "down j", "", "", VIEW, do="step(1)"),
-    action("page_up", "pageup", "", "", VIEW, do="page(-1)"),
-    action("page_down", "pagedown", "", "", VIEW, do="page(1)"),
-    action("first", "home", "", "", VIEW, do="end(-1)"),
-    action("last", "end", "", "", VIEW, do="end(1)"),
+    *ROW_ACTIONS,
     action("cancel", "escape", "", "forget the report of the last key", VIEW),
 )

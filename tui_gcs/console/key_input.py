@@ -16,6 +16,7 @@ from tui_gcs.console.parts import ConsoleParts
 from tui_gcs.console.selection_entry import SelectionEntry
 from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.feed.notices import Severity
+from tui_gcs.screens.common.typed_words import TypedWords
 from tui_gcs.terminal.key_queue import MAX_KEY_S, KeyHandled, KeyQueue
 
 CHORD_S = 3.0
@@ -211,4 +212,5 @@ class KeyInput:
 
 def is_typing(screen: Screen[object]) -> bool:
     """Whether a screen reads keys as letters itself."""
-    return bool(getattr(screen, "is_typing", False))
+    typed = getattr(screen, "typed", None)
+    return isinstance(typed, TypedWords) and typed.is_typing

@@ -1,4 +1,4 @@
-"""The question whether something is meant that the station refuses until it is."""
+"""Questions that are confirmed by `y`: whether something is meant that the station refuses until it is."""
 
 from collections.abc import Sequence
 
@@ -12,17 +12,15 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import wrapped
 
 EXPIRES_S = 60.0
-"""A question that is not answered in this time is void."""
+"""A question that is not answered in this time is void: the vehicles may have taken off meanwhile."""
 
 
-class SureDialog(TextDialog[bool]):
-    """Shows the reasons; `y` does it all the same, Esc leaves it."""
+class ConfirmDialog(TextDialog[bool]):
+    """`y` means yes, Esc no; a question that is not answered in time is void."""
 
-    def __init__(self, title: str, reasons: Sequence[str], does: str, glyphs: GlyphSet, clock: Clock) -> None:
-        """Ask `title`; `does` is the word for what `y` does."""
+    def __init__(self, title: str, glyphs: GlyphSet, clock: Clock) -> None:
         super().__init__(glyphs)
         self.title_text = title
-        self._reasons, self._does = reasons, does
         self._clock, self._deadline_s = clock, clock.now() + EXPIRES_S
 
     def on_mount(self) -> None:
@@ -42,6 +40,15 @@ class SureDialog(TextDialog[bool]):
             self.finish(False)
         elif event.character in ("y", "Y"):
             self.finish(True)
+
+
+class SureDialog(ConfirmDialog):
+    """Shows the reasons; `y` does it all the same, Esc leaves it."""
+
+    def __init__(self, title: str, reasons: Sequence[str], does: str, glyphs: GlyphSet, clock: Clock) -> None:
+        """Ask `title`; `does` is the word for what `y` does."""
+        super().__init__(title, glyphs, clock)
+        self._reasons, self._does = reasons, does
 
     def body(self) -> list[Line]:
         """Return the reasons and the keys."""

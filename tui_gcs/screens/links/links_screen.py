@@ -5,7 +5,6 @@ from typing import Any, ClassVar
 from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.link_actions import LINK_ACTIONS
@@ -14,31 +13,28 @@ from tui_gcs.core.protocol.link_report import LinkRow, PathRow
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.link_watch import LinkWatch, badness
 from tui_gcs.feed.messages import SelectionChanged, StationBack, StationLost
+from tui_gcs.screens.common.polled_screen import PolledScreen
 from tui_gcs.screens.links.link_edits import LinkEdits
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.rows_view import RowPicked, RowsView
+from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.forms.prompt_bar import PromptBar
 from tui_gcs.widgets.links.link_lists import LinkList, PartnerList, PathList
 from tui_gcs.widgets.links.link_panel import LinkPanel
 
-LOOK_S = 1.0
-"""The station is asked this often while the screen is shown."""
 VIEWS = ("links", "paths", "partners")
 
 
-class LinksScreen(Screen[None]):
+class LinksScreen(PolledScreen):
     """Links, paths of the selected vehicles (or of all while none is selected), and partners."""
 
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = LINK_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(LINK_ACTIONS, "links")
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
-    # None would let Textual put the cursor into the hidden prompt, which then takes every key.
-    AUTO_FOCUS = ""
+    LOOK_S = 1.0
     CSS = """
     LinksScreen { layout: vertical; }
     LinksScreen.-paths LinkList, LinksScreen.-partners LinkList { display: none; }
@@ -47,16 +43,14 @@ class LinksScreen(Screen[None]):
 
     def __init__(self, feed: Feed, clock: Clock, *, glyphs: GlyphSet = UNICODE) -> None:
         """Show the links of the station of `feed`."""
-        super().__init__()
-        self.feed = feed
+        super().__init__(feed)
         self._glyphs = glyphs
         self._view = 0
         self._worst_first = False
-        self._is_looking = False
         self._rate_for: LinkRow | None = None
         """The link whose rate is being typed."""
         self.watch_links = LinkWatch(feed.requests, self.show_all)
-        self.edits = LinkEdits(self, feed, clock, glyphs, self._show_chosen)
+        self.edits = LinkEdits(self, feed, clock, glyphs, self.show_chosen)
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.link_list = LinkList(glyphs=glyphs)
         self.path_list = PathList(glyphs=glyphs)
@@ -76,11 +70,6 @@ class LinksScreen(Screen[None]):
         yield self.link_bar
         yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_links")
 
-    def on_mount(self) -> None:
-        """Begin to receive the feed's messages, and to ask."""
-        self.feed.listen(self)
-        self.set_interval(LOOK_S, self.look)
-
     @on(events.ScreenResume)
     @on(StationBack)
     def look_again(self) -> None:
@@ -88,17 +77,9 @@ class LinksScreen(Screen[None]):
         self.watch_links.pause()
         self.look()
 
-    def look(self) -> None:
-        """Ask the station; not while another screen is shown."""
-        if self.is_current and not self._is_looking and not self.feed.station_lost:
-            self._is_looking = True
-            self.run_worker(self._look(), group="look", exit_on_error=False)
-
-    async def _look(self) -> None:
-        try:
-            await self.watch_links.look()
-        finally:
-            self._is_looking = False
+    async def ask_station(self) -> None:
+        """Ask for links, paths and partners."""
+        await self.watch_links.look()
 
     @on(events.Resize)
     @on(StationLost)
@@ -108,10 +89,10 @@ class LinksScreen(Screen[None]):
         if not self.is_current:
             return
         watch = self.watch_links
-        _show(self.link_list, watch.links, lambda each: each.row.name)
-        _show(self.path_list, self._paths(), lambda path: (path.vehicle, path.link, path.address))
-        _show(self.partner_list, watch.partners, lambda partner: (partner.endpoint, partner.address))
-        self._show_chosen()
+        self.link_list.show_kept(watch.links, lambda each: each.row.name)
+        self.path_list.show_kept(self._paths(), lambda path: (path.vehicle, path.link, path.address))
+        self.partner_list.show_kept(watch.partners, lambda partner: (partner.endpoint, partner.address))
+        self.show_chosen()
 
     def _paths(self) -> list[PathRow]:
         selected = self.feed.selection.ids
@@ -120,14 +101,15 @@ class LinksScreen(Screen[None]):
             return sorted(paths, key=badness, reverse=True)
         return sorted(paths, key=lambda path: (path.vehicle, not path.in_use, path.link, path.address))
 
-    def _show_chosen(self) -> None:
+    def show_chosen(self) -> None:
+        """Show titles, and the chosen row in detail."""
         selected = self.feed.selection.ids
         whose = f"vehicles {ids(selected)}" if selected else "all vehicles"
         order = "worst first" if self._worst_first else "by vehicle"
         set_title(self.link_list, self._title(f"links  {len(self.link_list.rows)}"))
         set_title(self.path_list, self._title(f"paths  {len(self.path_list.rows)}", whose, order))
         set_title(self.partner_list, self._title("forwarding partners"))
-        self.panel.show(self._list.chosen_row, self.edits.report)
+        self.panel.show(self.row_list.chosen_row, self.edits.report)
 
     def _title(self, *parts: str) -> str:
         left_out = f"{self.watch_links.left_out} paths more" if self.watch_links.left_out else ""
@@ -135,17 +117,13 @@ class LinksScreen(Screen[None]):
         return "   ".join(part for part in (*parts, left_out, silent) if part)
 
     @property
-    def _list(self) -> RowsView[Any]:
+    def row_list(self) -> RowsView[Any]:
+        """The list of the view."""
         return (self.link_list, self.path_list, self.partner_list)[self._view]
-
-    def on_row_picked(self, message: RowPicked) -> None:
-        """Choose the row that was clicked."""
-        message.view.show(message.view.rows, message.index)
-        self._show_chosen()
 
     def _chosen_link(self) -> LinkRow | None:
         """The link that a key is about: the chosen one, or that of the chosen path."""
-        row = self._list.chosen_row
+        row = self.row_list.chosen_row
         name = row.link if isinstance(row, PathRow) else getattr(getattr(row, "row", None), "name", "")
         return next((each.row for each in self.watch_links.links if each.row.name == name), None)
 
@@ -214,28 +192,3 @@ class LinksScreen(Screen[None]):
             self.edits.say(why, Ink.CAUTION)
             return None
         return link
-
-    def action_look(self, by: int) -> None:
-        """Look at the next or previous vehicle."""
-        frame = self.feed.frame
-        self.feed.selection.step(by, frame.ids if frame is not None else ())
-
-    def action_step(self, by: int) -> None:
-        """Choose the row above or below."""
-        self._list.step(by)
-        self._show_chosen()
-
-    def action_page(self, by: int) -> None:
-        """Move by a page."""
-        self.action_step(by * self._list.page)
-
-    def action_end(self, direction: int) -> None:
-        """Choose the first row (-1) or the last one (1)."""
-        self.action_step(direction * len(self._list.rows))
-
-
-def _show(view: RowsView[Any], rows: Any, key: Any) -> None:
-    """Show rows; the one with the same key stays chosen."""
-    chosen = key(view.chosen_row) if view.chosen_row is not None else None
-    at = next((at for at, row in enumerate(rows) if key(row) == chosen), view.chosen)
-    view.show(rows, at)

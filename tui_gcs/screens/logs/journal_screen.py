@@ -22,6 +22,7 @@ from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import EventRaised, SelectionChanged, StationBack, StationLost
+from tui_gcs.screens.common.typed_words import TypedWords
 from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.footer import FooterLine
@@ -39,7 +40,6 @@ MAX_EVENTS = 20_000
 """The most events held; beyond that the oldest are dropped."""
 MAX_PIECES = 20
 """The most pieces of the journal file that are searched for one key press, until something fits the filter."""
-MAX_FILTER = 40
 SEVERITIES = (7, 5, 4, 2)
 """Steps of the severity filter: all, notices and worse, warnings and worse, critical and worse."""
 SEVERITY_WORDS = {7: "all", 5: "notice+", 4: "warning+", 2: "critical+"}
@@ -161,8 +161,7 @@ class JournalScreen(Screen[None]):
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
         super().__init__()
         self.feed = feed
-        self.is_typing = False
-        """Keys are letters of the filter."""
+        self.typed = TypedWords()
         self._glyphs = glyphs
         self._filter = EventFilter()
         self._only_selected = False
@@ -241,8 +240,8 @@ class JournalScreen(Screen[None]):
     def _title(self) -> str:
         chosen = self._filter
         parts = ["journal", "follows" if not self.journal_lines.up else f"{self.journal_lines.up} events from the end"]
-        if self.is_typing or chosen.words:
-            parts.append(f"words: {chosen.words}{'_ (Enter keeps, Esc ends)' if self.is_typing else ''}")
+        if search := self.typed.title("words"):
+            parts.append(search)
         if chosen.cls is not None:
             parts.append(f"class {chosen.cls}")
         if chosen.severity != SEVERITIES[0]:
@@ -279,19 +278,8 @@ class JournalScreen(Screen[None]):
 
     def on_key(self, event: events.Key) -> None:
         """Take keys as letters of the filter while it is typed."""
-        if not self.is_typing:
-            return
-        event.stop()
-        event.prevent_default()
-        words = self._filter.words
-        if event.key in ("enter", "escape"):
-            self.is_typing = False
-            words = "" if event.key == "escape" else words
-        elif event.key == "backspace":
-            words = words[:-1]
-        elif event.character is not None and event.is_printable:
-            words = (words + event.character)[:MAX_FILTER]
-        self._set_filter(words=words)
+        if self.typed.take(event):
+            self._set_filter(words=self.typed.words)
 
     def _set_filter(self, **changes: object) -> None:
         """Change the filter and show the newest events that fit; request older ones if few do."""
@@ -306,7 +294,7 @@ class JournalScreen(Screen[None]):
 
     def action_filter(self) -> None:
         """Begin to type the words of the filter."""
-        self.is_typing = True
+        self.typed.is_typing = True
         self.show()
 
     def action_next_class(self) -> None:
@@ -327,6 +315,7 @@ class JournalScreen(Screen[None]):
     def action_cancel(self) -> None:
         """End the filter: all events are shown."""
         self._only_selected = False
+        self.typed.words = ""
         self._set_filter(words="", cls=None, severity=SEVERITIES[0])
 
     def action_scroll(self, events_: int) -> None:

@@ -2,8 +2,6 @@
 
 from collections.abc import Collection, Mapping
 
-from textual import events
-
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.formats.parameter_files import holds
@@ -11,17 +9,15 @@ from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.setup import Number
 from tui_gcs.feed.fleet_parameters import FleetParameters
 from tui_gcs.feed.parameter_transfers import ParameterChange
-from tui_gcs.screens.common.text_dialog import TextDialog
+from tui_gcs.screens.common.sure_dialog import ConfirmDialog
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.palette import Ink
 
-EXPIRES_S = 60.0
-"""A question that is not answered in this time is void: the vehicles may have taken off meanwhile."""
 MAX_LINES = 40
 
 
-class ChangeDialog(TextDialog[bool]):
+class ChangeDialog(ConfirmDialog):
     """Shows what is set on which vehicle, from which value; `y` sends it, Esc leaves everything as it is."""
 
     def __init__(
@@ -34,31 +30,10 @@ class ChangeDialog(TextDialog[bool]):
         clock: Clock,
     ) -> None:
         """Ask about `change`; `armed` are vehicles that may be flying, `notes` are more lines to know."""
-        super().__init__(glyphs)
         vehicles = change.vehicles
-        self.title_text = f"{change.what}: vehicle{'s' * (len(vehicles) > 1)} {id_ranges(vehicles)}"
+        super().__init__(f"{change.what}: vehicle{'s' * (len(vehicles) > 1)} {id_ranges(vehicles)}", glyphs, clock)
         self._lines = [*change_lines(change, parameters), *([(note, Ink.MUTED)] for note in notes)]
         self._armed = sorted(set(armed).intersection(vehicles))
-        self._clock = clock
-        self._deadline_s = clock.now() + EXPIRES_S
-
-    def on_mount(self) -> None:
-        """Close when time is up."""
-        super().on_mount()
-        self.set_interval(1.0, self._check_time)
-
-    def _check_time(self) -> None:
-        if self._clock.now() >= self._deadline_s:
-            self.lapse(False, "it was not answered in time")
-
-    def on_key(self, event: events.Key) -> None:
-        """Take `y` or Esc; Enter, which is pressed by habit, does nothing."""
-        event.stop()
-        self._check_time()
-        if event.key == "escape":
-            self.finish(False)
-        elif event.character in ("y", "Y"):
-            self.finish(True)
 
     def body(self) -> list[Line]:
         """Return the changes, a warning for armed vehicles, and the keys."""

@@ -8,7 +8,6 @@ from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal
-from textual.screen import Screen
 from textual.worker import WorkType
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
@@ -21,32 +20,29 @@ from tui_gcs.feed.fleet_parameters import FleetParameter, ParameterFilter, group
 from tui_gcs.feed.messages import FleetUpdated, SelectionChanged, StationBack, StationLost
 from tui_gcs.feed.parameter_transfers import ParameterTransfers
 from tui_gcs.screens.common.draft_screen import typed_path
+from tui_gcs.screens.common.list_screen import ListScreen
+from tui_gcs.screens.common.typed_words import TypedWords
 from tui_gcs.screens.parameters.parameter_edits import ParameterEdits
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.rows_view import RowPicked
 from tui_gcs.widgets.basics.strips import Run
 from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.forms.prompt_bar import PromptBar
 from tui_gcs.widgets.parameters.parameter_detail import ParameterDetail
 from tui_gcs.widgets.parameters.parameter_list import ParameterList
 
-MAX_FILTER = 40
 PROGRESS_PERIOD_S = 0.5
 """While parameters arrive the table is compared anew at most this often: for 50 vehicles it takes 80 ms."""
 VIEWS = ("all", "differing", "changed from default", "favourites")
 
 
-class ParametersScreen(Screen[None]):
+class ParametersScreen(ListScreen):
     """The parameters of the compared vehicles: those selected, or all while none is."""
 
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = PARAMETER_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(PARAMETER_ACTIONS, "parameters")
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
-    # None would let Textual put the cursor into the hidden prompt, which then takes every key.
-    AUTO_FOCUS = ""
     CSS = """
     ParametersScreen { layout: vertical; }
     ParametersScreen #middle { height: 1fr; }
@@ -57,13 +53,10 @@ class ParametersScreen(Screen[None]):
 
     def __init__(self, feed: Feed, clock: Clock, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE) -> None:
         """Show parameters known to the station of `feed`; favourites are kept in `folder`."""
-        super().__init__()
-        self.feed = feed
-        self.is_typing = False
-        """Keys are letters of the search."""
+        super().__init__(feed)
+        self.typed = TypedWords()
         self._glyphs = glyphs
         self._clock = clock
-        self._words = ""
         self._view = 0
         self._shown_s = -math.inf
         self._described: tuple[str, int] | None = None
@@ -121,9 +114,15 @@ class ParametersScreen(Screen[None]):
         at = names.index(chosen.name) if chosen is not None and chosen.name in names else 0
         self.parameter_list.empty_text = self._empty_text()
         self.parameter_list.show_parameters(rows, at, self._lead(), self.favourites.names)
-        self._show_chosen()
+        self.show_chosen()
 
-    def _show_chosen(self) -> None:
+    @property
+    def row_list(self) -> ParameterList:
+        """The parameters that fit the search."""
+        return self.parameter_list
+
+    def show_chosen(self) -> None:
+        """Show title and description of the chosen parameter."""
         set_title(self.parameter_list, self._title(len(self.parameter_list.rows)))
         row, lead = self.parameter_list.chosen_row, self._lead()
         self.detail.show(row, self.transfers.description, self._outcome())
@@ -149,7 +148,7 @@ class ParametersScreen(Screen[None]):
     def _matching(self) -> list[FleetParameter]:
         view = VIEWS[self._view]
         wanted = ParameterFilter(
-            self._words,
+            self.typed.words,
             only_differing=view == "differing",
             only_changed=view == "changed from default",
             favourites=frozenset(self.favourites.names) if view == "favourites" else None,
@@ -160,8 +159,8 @@ class ParametersScreen(Screen[None]):
         compared = self.compared()
         all_ = len(self.transfers.parameters.table(compared))
         parts = [f"parameters  {count} of {all_}", f"{len(compared)} vehicles", VIEWS[self._view]]
-        if self._words or self.is_typing:
-            parts.append(f"find: {self._words}{'_ (Enter keeps, Esc ends)' if self.is_typing else ''}")
+        if search := self.typed.title("find"):
+            parts.append(search)
         unknown = [vehicle for vehicle in compared if not self.transfers.parameters.is_complete(vehicle)]
         if unknown and not self.transfers.progress:
             parts.append(f"not all known of {len(unknown)}: R reads them")
@@ -173,7 +172,8 @@ class ParametersScreen(Screen[None]):
         known = [vehicle for vehicle in self.compared() if self.transfers.parameters.of(vehicle)]
         if not known:
             return "no parameter is known: R reads them from the vehicles (some seconds each, more on a slow link)"
-        return f"none is {VIEWS[self._view]}" if self._view and not self._words else "nothing fits: Esc ends the search"
+        only_view = self._view and not self.typed.words
+        return f"none is {VIEWS[self._view]}" if only_view else "nothing fits: Esc ends the search"
 
     def _outcome(self) -> list[Run]:
         lines = [
@@ -194,37 +194,22 @@ class ParametersScreen(Screen[None]):
 
     def on_key(self, event: events.Key) -> None:
         """Take keys as letters of the search while it is typed."""
-        if not self.is_typing:
-            return
-        event.stop()
-        event.prevent_default()
-        if event.key in ("enter", "escape"):
-            self.is_typing = False
-            self._words = "" if event.key == "escape" else self._words
-        elif event.key == "backspace":
-            self._words = self._words[:-1]
-        elif event.character is not None and event.is_printable:
-            self._words = (self._words + event.character)[:MAX_FILTER]
-        self.show_all()
-        if not self.is_typing or event.key != "escape":
-            self.parameter_list.show(self.parameter_list.rows, 0)
-            self._show_chosen()
-
-    def on_row_picked(self, message: RowPicked) -> None:
-        """Choose the row that was clicked."""
-        self.parameter_list.show(self.parameter_list.rows, message.index)
-        self._show_chosen()
+        if self.typed.take(event):
+            self.show_all()
+            if not self.typed.is_typing or event.key != "escape":
+                self.parameter_list.show(self.parameter_list.rows, 0)
+                self.show_chosen()
 
     # ---------------------------------------------------------------- keys
 
     def action_filter(self) -> None:
         """Begin to type the search."""
-        self.is_typing = True
+        self.typed.is_typing = True
         self.show_all()
 
     def action_cancel(self) -> None:
         """End the search, and forget the report of the last key."""
-        self._words, self.edits.report = "", ()
+        self.typed.words, self.edits.report = "", ()
         self.show_all()
 
     def action_next_view(self) -> None:
@@ -237,19 +222,6 @@ class ParametersScreen(Screen[None]):
         row = self.parameter_list.chosen_row
         if row is not None:
             self.edits.say(self.favourites.toggle(row.name))
-
-    def action_step(self, by: int) -> None:
-        """Choose the row above or below."""
-        self.parameter_list.step(by)
-        self._show_chosen()
-
-    def action_page(self, by: int) -> None:
-        """Move by a page."""
-        self.action_step(by * self.parameter_list.page)
-
-    def action_end(self, direction: int) -> None:
-        """Choose the first row (-1) or the last one (1)."""
-        self.action_step(direction * len(self.parameter_list.rows))
 
     def action_next_group(self) -> None:
         """Choose the first parameter of the next group of names."""
@@ -270,11 +242,6 @@ class ParametersScreen(Screen[None]):
         while at > 0 and group_of(rows[at - 1].name) == here:
             at -= 1
         self.action_step(at - self.parameter_list.chosen)
-
-    def action_look(self, by: int) -> None:
-        """Look at the next or previous vehicle."""
-        frame = self.feed.frame
-        self.feed.selection.step(by, frame.ids if frame is not None else ())
 
     def action_edit(self) -> None:
         """Ask for a value of the chosen parameter."""

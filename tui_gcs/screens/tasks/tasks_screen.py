@@ -1,12 +1,10 @@
 """The screen of tasks and people: layout, views and keys."""
 
-from collections.abc import Callable, Hashable, Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.task_actions import TASK_ACTIONS
@@ -17,28 +15,24 @@ from tui_gcs.core.protocol.services import CancelTask, TaskInfo
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import StationBack, StationLost
 from tui_gcs.feed.task_watch import TaskWatch
+from tui_gcs.screens.common.polled_screen import PolledScreen
 from tui_gcs.screens.common.sure_dialog import SureDialog
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.rows_view import RowPicked, RowsView
+from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.strips import Run
 from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.tasks.task_lists import PeopleList, TaskList, TaskPanel
 
-LOOK_S = 0.5
-"""The station is asked this often while the screen is shown."""
-R = TypeVar("R")
 
-
-class TasksScreen(Screen[None]):
+class TasksScreen(PolledScreen):
     """What goes on, and who is there."""
 
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = TASK_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(TASK_ACTIONS, "tasks")
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
-    AUTO_FOCUS = None
+    LOOK_S = 0.5
     CSS = """
     TasksScreen { layout: vertical; }
     TasksScreen.-people TaskList { display: none; }
@@ -47,12 +41,10 @@ class TasksScreen(Screen[None]):
 
     def __init__(self, feed: Feed, clock: Clock, *, glyphs: GlyphSet = UNICODE) -> None:
         """Show tasks and principals of the station of `feed`."""
-        super().__init__()
-        self.feed = feed
+        super().__init__(feed)
         self._clock = clock
         self._glyphs = glyphs
         self._only_running = False
-        self._is_looking = False
         self._report: tuple[Run, ...] = ()
         self.watch_tasks = TaskWatch(feed.requests, self.show_all)
         self.top_lines = TopLines(feed, glyphs=glyphs)
@@ -69,24 +61,15 @@ class TasksScreen(Screen[None]):
         yield self.panel
         yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_tasks")
 
-    def on_mount(self) -> None:
-        """Begin to receive the feed's messages, and to ask."""
-        self.feed.listen(self)
-        self.set_interval(LOOK_S, self.look)
-
     @on(events.ScreenResume)
     @on(StationBack)
-    def look(self) -> None:
-        """Ask the station; not while another screen is shown."""
-        if self.is_current and not self._is_looking and not self.feed.station_lost:
-            self._is_looking = True
-            self.run_worker(self._look(), group="look", exit_on_error=False)
+    def look_again(self) -> None:
+        """Look at once."""
+        self.look()
 
-    async def _look(self) -> None:
-        try:
-            await self.watch_tasks.look()
-        finally:
-            self._is_looking = False
+    async def ask_station(self) -> None:
+        """Ask for the tasks, and for the principals."""
+        await self.watch_tasks.look()
 
     @on(events.Resize)
     @on(StationLost)
@@ -96,23 +79,23 @@ class TasksScreen(Screen[None]):
             return
         tasks = [task for task in self.watch_tasks.tasks if not (self._only_running and task.over)]
         self.task_list.empty_text = "nothing goes on" if self._only_running else "nothing was asked of a vehicle yet"
-        show_kept(self.task_list, tasks, lambda task: task.number)
-        show_kept(self.people_list, self.watch_tasks.people, lambda person: person.principal)
+        self.task_list.show_kept(tasks, lambda task: task.number)
+        self.people_list.show_kept(self.watch_tasks.people, lambda person: person.principal)
         running = sum(not task.over for task in self.watch_tasks.tasks)
         silent = "   STATION SILENT" if self.feed.station_lost else ""
         shown = "under way" if self._only_running else "all remembered"
         set_title(self.task_list, f"tasks  {running} under way   {shown}{silent}")
         set_title(self.people_list, f"people and programs  {len(self.people_list.rows)}{silent}")
-        self.panel.show(self._list.chosen_row, self._report)
+        self.panel.show(self.row_list.chosen_row, self._report)
+
+    def show_chosen(self) -> None:
+        """Show the chosen row."""
+        self.show_all()
 
     @property
-    def _list(self) -> RowsView[Any]:
+    def row_list(self) -> RowsView[Any]:
+        """The tasks, or the people."""
         return self.people_list if self.has_class("-people") else self.task_list
-
-    def on_row_picked(self, message: RowPicked) -> None:
-        """Choose the row that was clicked."""
-        message.view.show(message.view.rows, message.index)
-        self.show_all()
 
     def _say(self, text: str, ink: Ink = Ink.TEXT) -> None:
         self._report = ((clean(text, 400), ink),)
@@ -184,23 +167,3 @@ class TasksScreen(Screen[None]):
         """Forget the report of the last key."""
         self._report = ()
         self.show_all()
-
-    def action_step(self, by: int) -> None:
-        """Choose the row above or below."""
-        self._list.step(by)
-        self.show_all()
-
-    def action_page(self, by: int) -> None:
-        """Move by a page."""
-        self.action_step(by * self._list.page)
-
-    def action_end(self, direction: int) -> None:
-        """Choose the first row (-1) or the last one (1)."""
-        self.action_step(direction * len(self._list.rows))
-
-
-def show_kept(view: RowsView[R], rows: Sequence[R], key: Callable[[R], Hashable]) -> None:
-    """Show rows; the one with the same key as before stays chosen."""
-    chosen = key(view.chosen_row) if view.chosen_row is not None else None
-    at = next((at for at, row in enumerate(rows) if key(row) == chosen), view.chosen)
-    view.show(rows, at)

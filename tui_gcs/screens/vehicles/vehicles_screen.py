@@ -21,6 +21,7 @@ from tui_gcs.feed.messages import (
     StatusUpdated,
     VehicleInfoUpdated,
 )
+from tui_gcs.screens.common.typed_words import TypedWords
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.top_lines import TopLines
@@ -32,7 +33,6 @@ from tui_gcs.widgets.fleet.vehicle_detail import VehicleDetail
 
 DETAIL_PERIOD_S = 1.0
 FIGURES_PERIOD_S = 0.45
-MAX_FILTER = 40
 CHROME_LINES = 9
 """Lines of everything but the fleet at 80x24: a fleet that fits into the rest begins as a table."""
 
@@ -63,10 +63,8 @@ class VehiclesScreen(Screen[None]):
         super().__init__()
         self.feed = feed
         self._glyphs = glyphs
-        self._filter = ""
+        self.typed = TypedWords()
         self._figures_s = -math.inf
-        self.is_typing = False
-        """Keys are letters of the filter."""
         self._sorted_by = "ID"
         self._has_chosen = False
         """The operator has chosen grid or table; until then the size of the fleet decides."""
@@ -136,13 +134,13 @@ class VehiclesScreen(Screen[None]):
         # A small fleet is read better as a table, a large one fits only as a grid.
         if not self._has_chosen:
             self.set_class(len(rows) <= self.size.height - CHROME_LINES, "-table")
-        shown = matching(rows, alarms, self._filter)
+        shown = matching(rows, alarms, self.typed.words)
         is_grid = not self.has_class("-table")
         self.set_class(is_grid and not self.grid.has_room(shown, self.size.width, self._grid_lines()), "-crowded")
         view = self.table if self.has_class("-table") else self.grid
         view.show(shown, alarms, selection.ids, selection.lead)
         self.cause_line.show(
-            alarms if not self._filter and not self.is_typing else (), self._legend(len(shown), len(rows))
+            alarms if not self.typed.words and not self.typed.is_typing else (), self._legend(len(shown), len(rows))
         )
         self.show_detail(rows)
 
@@ -160,9 +158,9 @@ class VehiclesScreen(Screen[None]):
             panel.show(row, self.feed.inspection.info, alarms, frame.wind_m_s if frame is not None else None)
 
     def _legend(self, shown: int, all_of_them: int) -> str:
-        if self._filter or self.is_typing:
-            cursor = "_   Enter keeps, Esc ends" if self.is_typing else "   / changes, Esc ends"
-            return f"filter: {self._filter}{cursor}   {shown} of {all_of_them}"
+        if self.typed.words or self.typed.is_typing:
+            cursor = "_   Enter keeps, Esc ends" if self.typed.is_typing else "   / changes, Esc ends"
+            return f"filter: {self.typed.words}{cursor}   {shown} of {all_of_them}"
         if self.has_class("-table"):
             return f"{all_of_them} vehicles by {self._sorted_by}"
         g = self._glyphs
@@ -172,27 +170,17 @@ class VehiclesScreen(Screen[None]):
 
     def on_key(self, event: events.Key) -> None:
         """Take keys as letters of the filter while it is typed."""
-        if not self.is_typing:
-            return
-        event.stop()
-        event.prevent_default()
-        if event.key in ("enter", "escape"):
-            self.is_typing = False
-            self._filter = "" if event.key == "escape" else self._filter
-        elif event.key == "backspace":
-            self._filter = self._filter[:-1]
-        elif event.character is not None and event.is_printable:
-            self._filter = (self._filter + event.character)[:MAX_FILTER]
-        self.show_all()
+        if self.typed.take(event):
+            self.show_all()
 
     def action_filter(self) -> None:
         """Begin to type the filter."""
-        self.is_typing = True
+        self.typed.is_typing = True
         self.show_all()
 
     def action_cancel(self) -> None:
         """End the filter: all vehicles are shown."""
-        self._filter = ""
+        self.typed.words = ""
         self.show_all()
 
     def action_turn_view(self) -> None:
@@ -215,7 +203,7 @@ class VehiclesScreen(Screen[None]):
     def _order(self) -> tuple[int, ...]:
         if self.has_class("-table"):
             return self.table.ids()
-        return tuple(row.id for row in matching(self._rows(), self.feed.alarms, self._filter))
+        return tuple(row.id for row in matching(self._rows(), self.feed.alarms, self.typed.words))
 
     def on_vehicle_picked(self, message: VehiclePicked) -> None:
         """Select the vehicle that was clicked."""

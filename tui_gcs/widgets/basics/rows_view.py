@@ -1,6 +1,6 @@
 """A list of rows with one chosen row that stays in view: the base of the tables of the list screens."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Generic, TypeVar
 
 from textual import events
@@ -55,6 +55,11 @@ class RowsView(LinesView, Generic[T]):
         wanted = self.chosen if chosen is None else chosen
         self.chosen = max(0, min(wanted, len(rows) - 1))
         self.update_lines()
+
+    def show_kept(self, rows: Sequence[T], key: Callable[[T], Hashable]) -> None:
+        """Show these rows; the one with the same key as the chosen one before stays chosen."""
+        chosen = key(self.chosen_row) if self.chosen_row is not None else None
+        self.show(rows, next((at for at, row in enumerate(rows) if key(row) == chosen), self.chosen))
 
     def step(self, by: int) -> None:
         """Choose the row `by` rows below; it stops at both ends."""

@@ -1,0 +1,16 @@
+"""The keys that every screen with a list of rows has (`screens/common/list_screen.py`)."""
+
+from tui_gcs.actions.action import SELECT, VIEW, action
+
+LOOK_ACTIONS = (
+    action("select_next", "n", "", "look at the next and previous vehicle", SELECT, shown="n/N", do="look(1)"),
+    action("select_previous", "N", "", "", SELECT, do="look(-1)"),
+)
+ROW_ACTIONS = (
+    action("up", "up k", "", "the row above and below; PgUp, PgDn, Home, End too", VIEW, shown="arrows", do="step(-1)"),
+    action("down", "down j", "", "", VIEW, do="step(1)"),
+    action("page_up", "pageup", "", "", VIEW, do="page(-1)"),
+    action("page_down", "pagedown", "", "", VIEW, do="page(1)"),
+    action("first", "home", "", "", VIEW, do="end(-1)"),
+    action("last", "end", "", "", VIEW, do="end(1)"),
+)
