@@ -4,7 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from tui_gcs.core.rates.radio_status import BackOff, RadioReport, radio_report
+from tui_gcs.core.protocol.link_report import RadioRow
+from tui_gcs.core.rates.radio_status import BackOff, radio_report
 
 MOST = 4
 
@@ -93,7 +94,7 @@ def test_steps_that_are_no_longer_there_are_given_back() -> None:
 
 def test_a_report_has_the_radios_own_units() -> None:
     fields = {"txbuf": 87, "rssi": 190, "remrssi": 185, "noise": 40, "remnoise": 41, "rxerrors": 12, "fixed": 3}
-    assert radio_report(fields, 0.5) == RadioReport(87, 190, 185, 40, 41, 12, 3, 0.5)
+    assert radio_report(fields, 0.5) == RadioRow(87, 190, 185, 40, 41, 12, 3, 0.5)
 
 
 @pytest.mark.parametrize("name", ["RADIO_STATUS", "RADIO"])

@@ -22,6 +22,7 @@ class RadioRow(Message, frozen=True):
     remote_noise: int
     rx_errors: int
     fixed: int
+    """Packets that error correction saved."""
     age_s: float
 
 

@@ -1,8 +1,9 @@
 """Reports of a telemetry radio (RADIO_STATUS 109, RADIO 166), and the back-off while its buffer is full."""
 
 import math
-from dataclasses import dataclass
 from typing import Any
+
+from tui_gcs.core.protocol.link_report import RadioRow
 
 STEP_GAP_S = 2.0
 """At most one step in this time: its effect must show first."""
@@ -14,25 +15,9 @@ EMPTY_ENOUGH_PCT, FILLING_PCT, NEARLY_FULL_PCT = 90, 50, 20
 """Free buffer, as in ArduPilot's own back-off (docs/threats.md C.1)."""
 
 
-@dataclass(frozen=True)
-class RadioReport:
-    """The newest report of a link's radio, in the radio's own units (SiK: dBm = rssi / 1.9 - 127)."""
-
-    txbuf_pct: int
-    """Free share of its transmit buffer; above 100: it does not know."""
-    rssi: int
-    remote_rssi: int
-    noise: int
-    remote_noise: int
-    rx_errors: int
-    fixed: int
-    """Packets that error correction saved."""
-    age_s: float
-
-
-def radio_report(fields: dict[str, Any], age_s: float) -> RadioReport:
+def radio_report(fields: dict[str, Any], age_s: float) -> RadioRow:
     """The report in a RADIO_STATUS or RADIO message of that age; the two have the same fields."""
-    return RadioReport(
+    return RadioRow(
         txbuf_pct=fields["txbuf"],
         rssi=fields["rssi"],
         remote_rssi=fields["remrssi"],

@@ -16,10 +16,11 @@ from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.protocol.link_report import RadioRow
 from tui_gcs.core.rates.link_budget import CALM_S, LinkMember, LinkRates, RateRequest
 from tui_gcs.core.rates.message_sets import FULL, UNASKED
 from tui_gcs.core.rates.operator_rates import OperatorRate, OperatorRates
-from tui_gcs.core.rates.radio_status import RadioReport, radio_report
+from tui_gcs.core.rates.radio_status import radio_report
 from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 from tui_gcs.core.uplink.commands import CommandService
@@ -106,7 +107,7 @@ class RateController:
             link_rates.back_off.on_report(fields["txbuf"], now, steps, requested=self._all_asked(link_rates, now))
             link_rates.plan(now)
 
-    def radio(self, link: str) -> RadioReport | None:
+    def radio(self, link: str) -> RadioRow | None:
         """The newest report of that link's radio, None if there was none."""
         link_rates = self._links.get(link)
         if link_rates is None or link_rates.radio is None:

@@ -94,18 +94,7 @@ class LinkRequests:
             send_refused=link.send_refused,
             secure=link.spec.secure,
             high_latency=link.spec.high_latency,
-            radio=None
-            if radio is None
-            else p.RadioRow(
-                radio.txbuf_pct,
-                radio.rssi,
-                radio.remote_rssi,
-                radio.noise,
-                radio.remote_noise,
-                radio.rx_errors,
-                radio.fixed,
-                radio.age_s,
-            ),
+            radio=radio,
         )
 
     def _path_row(self, vehicle: Vehicle, path: Path) -> p.PathRow:

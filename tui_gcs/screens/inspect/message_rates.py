@@ -1,22 +1,17 @@
 """Asking vehicles for a message at a rate: what was typed, the station's doubts, the vehicles' answers."""
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import msgspec
-from textual.screen import Screen
 
-from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import ReplyCode
 from tui_gcs.core.protocol.inspection import MAX_RATE_HZ, MessageRow, SetMessageRate
 from tui_gcs.core.protocol.services import MEANT
-from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.task_requests import TaskOutcome, carry_out
+from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.common.sure_dialog import SureDialog
-from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
 
@@ -24,19 +19,8 @@ GIVEN_BACK = ("auto", "a", "-")
 """What is typed to let the station decide again."""
 
 
-class MessageRates:
-    """Sends the requests of a screen, asks where the station has doubts, and keeps the report of the last one."""
-
-    def __init__(self, host: Screen[Any], feed: Feed, clock: Clock, glyphs: GlyphSet, show: Callable[[], None]) -> None:
-        """Work for the screen `host`; `show` is called whenever `report` has changed."""
-        self._host, self._feed, self._clock, self._glyphs, self._show = host, feed, clock, glyphs, show
-        self.report: tuple[Run, ...] = ()
-        """Lines about the last key, the worst first."""
-
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """Report what became of a key in one line."""
-        self.report = ((clean(text, 400), ink),)
-        self._show()
+class MessageRates(ScreenEdits):
+    """Asks vehicles for rates, and the operator where the station has doubts."""
 
     def vehicles_of(self, row: MessageRow) -> tuple[int, ...]:
         """Return which vehicles are asked: that of the row, or all selected ones if it is one of them."""
@@ -66,7 +50,7 @@ class MessageRates:
 
     def _send(self, name: str, request: SetMessageRate) -> None:
         rate = "as the station asks" if request.rate_hz is None else f"at {request.rate_hz:g} Hz"
-        self.say(f"asking {_vehicles(request.vehicles)} for {name} {rate}")
+        self.say(f"asking {vehicles_words(request.vehicles)} for {name} {rate}")
         self._host.run_worker(self._carry_out(name, request), group="rates", exit_on_error=False)
 
     async def _carry_out(self, name: str, request: SetMessageRate) -> None:
@@ -78,7 +62,7 @@ class MessageRates:
             (f"vehicle {each.vehicle}: NOT SET: {clean(each.text, 200)}", Ink.WARNING) for each in failed
         ]
         if done:
-            lines.append((f"{name}: agreed by {_vehicles(tuple(done))}", Ink.NORMAL))
+            lines.append((f"{name}: agreed by {vehicles_words(done)}", Ink.NORMAL))
         self.report = tuple(lines)
         self._show()
         if doubtful:
@@ -93,9 +77,9 @@ class MessageRates:
             if yes:
                 self._send(name, meant)
             else:
-                self.say(f"{name}: left as it is on {_vehicles(vehicles)}")
+                self.say(f"{name}: left as it is on {vehicles_words(vehicles)}")
 
-        title = f"{name}: {_vehicles(vehicles)}"
+        title = f"{name}: {vehicles_words(vehicles)}"
         self._host.app.push_screen(SureDialog(title, reasons, "ask for it", self._glyphs, self._clock), answered)
 
 
@@ -106,7 +90,3 @@ def typed_rate(text: str) -> float:
     except ValueError:
         return math.nan
     return rate_hz if 0.0 <= rate_hz <= MAX_RATE_HZ else math.nan
-
-
-def _vehicles(vehicles: tuple[int, ...]) -> str:
-    return f"vehicle{'s' * (len(vehicles) > 1)} {id_ranges(vehicles)}"

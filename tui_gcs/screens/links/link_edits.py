@@ -1,36 +1,17 @@
 """What the links screen does to links: add, close, another rate."""
 
-from collections.abc import Callable
-from typing import Any
-
-from textual.screen import Screen
-
-from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, LinkRow, SetLinkRate
-from tui_gcs.feed.feed import Feed
+from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.common.sure_dialog import SureDialog
-from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.strips import Run
 
 NO_LIMIT = ("none", "no limit", "-")
 """What is typed for a link without a limit."""
 
 
-class LinkEdits:
-    """Sends the requests of a screen, and keeps the report of the last one."""
-
-    def __init__(self, host: Screen[Any], feed: Feed, clock: Clock, glyphs: GlyphSet, show: Callable[[], None]) -> None:
-        """Work for the screen `host`; `show` is called whenever `report` has changed."""
-        self._host, self._feed, self._clock, self._glyphs, self._show = host, feed, clock, glyphs, show
-        self.report: tuple[Run, ...] = ()
-        """What became of the last key."""
-
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """Report what became of a key in one line."""
-        self.report = ((clean(text, 400), ink),)
-        self._show()
+class LinkEdits(ScreenEdits):
+    """Adds, closes and re-rates links, and asks where that is meant to be asked."""
 
     def why_not(self) -> str:
         """Return why no link can be changed now; "" if it can."""

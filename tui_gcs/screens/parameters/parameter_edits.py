@@ -18,6 +18,7 @@ from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.fleet_parameters import FleetParameter
 from tui_gcs.feed.parameter_transfers import ChangeOutcome, ParameterChange, ParameterTransfers
+from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.orders.vehicle_words import rows_of
 from tui_gcs.screens.parameters.change_dialog import ChangeDialog, values_for
 from tui_gcs.widgets.basics.glyphs import GlyphSet
@@ -29,7 +30,7 @@ MAX_NAME_CELLS = 60
 NONE_SELECTED = "no vehicle is selected: s selects which are changed"
 
 
-class ParameterEdits:
+class ParameterEdits(ScreenEdits):
     """Builds changes, asks whether they are meant, sends them, and keeps the report of the last one."""
 
     def __init__(
@@ -42,19 +43,8 @@ class ParameterEdits:
         show: Callable[[], None],
     ) -> None:
         """Work for the screen `host`; `show` is called whenever `report` has changed."""
-        self._host = host
-        self._feed = feed
-        self._clock = clock
+        super().__init__(host, feed, clock, glyphs, show)
         self._transfers = transfers
-        self._glyphs = glyphs
-        self._show = show
-        self.report: tuple[Run, ...] = ()
-        """Lines about the last key, the worst first."""
-
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """Report what became of a key in one line."""
-        self.report = ((clean(text, 400), ink),)
-        self._show()
 
     def why_not(self) -> str:
         """Return why nothing can be changed now; "" if it can."""
