@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import FormatError
 from tui_gcs.core.geometry.elevation import Elevation, ElevationGrid
 
@@ -110,11 +110,7 @@ def _tile(path: Path) -> ElevationGrid:
 
 
 def _bytes_of(path: Path, most_bytes: int) -> bytes:
-    try:
-        with open_plain(path) as file:
-            data = file.read(most_bytes + 1)
-    except (OSError, ValueError) as error:
-        raise FormatError(error.strerror or "cannot be read" if isinstance(error, OSError) else str(error)) from None
+    data = data_of(path, most_bytes)
     if len(data) > most_bytes:
         raise FormatError(f"larger than {most_bytes >> 20} MB")
     return data
