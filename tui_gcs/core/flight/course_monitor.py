@@ -52,9 +52,12 @@ class CourseMonitor:
         self.found: dict[int, str] = {}
         """By vehicle."""
 
-    def watch_mission(self, vehicle: int) -> None:
-        """A vehicle of no team was sent on its mission; the executive watches those of teams."""
-        self._missions[vehicle] = math.nan
+    def watch_mission(self, vehicle: int, seen_s: float = math.nan) -> None:
+        """A vehicle of no team was sent on its mission; the executive watches those of teams.
+
+        `seen_s` is when it was last seen to fly it; NaN while the order is under way.
+        """
+        self._missions[vehicle] = seen_s
         self._flights.sent.add(vehicle)
 
     def look(self, vehicles: Mapping[int, Vehicle], now: float) -> dict[int, str]:
@@ -78,12 +81,15 @@ class CourseMonitor:
         found = {}
         for vehicle_id, seen_s in list(self._missions.items()):
             vehicle = vehicles.get(vehicle_id)
-            if vehicle is None or not vehicle.telemetry.airborne or vehicle_id not in self._flights.sent:
+            # After a restart it was not heard yet, or it is not known yet whether it is in the air.
+            if vehicle is None or vehicle.freshness(now) is not Freshness.OK:
+                continue
+            if not vehicle.telemetry.airborne or vehicle_id not in self._flights.sent:
                 del self._missions[vehicle_id]
                 self._flights.sent.discard(vehicle_id)
             elif self._firmware.of(vehicle).flies_mission(vehicle):
                 self._missions[vehicle_id] = now
-            elif vehicle.freshness(now) is Freshness.OK and now - seen_s > LEFT_S:  # False while it is NaN
+            elif now - seen_s > LEFT_S:  # False while it is NaN
                 mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
                 found[vehicle_id] = f"left its mission (now {mode})"
         return found

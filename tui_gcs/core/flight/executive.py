@@ -32,7 +32,7 @@ RESUME_WITHIN_S = 10.0
 """A restarted station lets vehicles go on by itself only this long; then an operator must resume them."""
 HELD_BY_NAME = "was held by name"
 """Default of `Flight.stays` after a hold of named vehicles."""
-RETURN, LAND = "return", "land"
+RETURN, LAND, HOLD = "return", "land", "hold"
 """What a `KeptOrder` is."""
 
 
@@ -217,7 +217,7 @@ class Executive:
         if not vehicle.telemetry.airborne:
             return ""
         # Another vehicle may use this id: a return or a landing could reach that one.
-        if why := vehicle.why_not_commanded:
+        if what != HOLD and (why := vehicle.why_not_commanded):
             return f"{why}: only hold is sent"
         return "has no home" if what == RETURN and self._flights.home_m(vehicle) is None else ""
 
@@ -230,11 +230,23 @@ class Executive:
         order = flight.kept
         if order is None or self._why_not_yet(flight, vehicle, order.what):
             return
+        # Of one that was just heard again, or for the first time, it is not known yet whether it is in the air.
+        fresh = vehicle.freshness(now) is Freshness.OK and vehicle.telemetry.airborne
+        if isinstance(flight.step, Lost) and not fresh:
+            return
         flight.kept = None
-        carry_out = self._return_one if order.what == RETURN else self._land_one
+        carry_out = {RETURN: self._return_one, LAND: self._land_one}.get(order.what, self._hold_as_kept)
         result = carry_out(flight, vehicle, order.by_name, now, order.by)
         text = f"{order.what} that {order.by} ordered before: {result.text}"
         self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, NOTICE if result.ok else WARNING)
+
+    def _hold_as_kept(self, flight: Flight, vehicle: Vehicle, by_name: bool, now: float, by: str) -> VehicleResult:
+        """Carry out a hold that an earlier run of this station was still repeating when it was killed."""
+        if why := self._firmware.of(vehicle).why_not(vehicle) or self._why_left_to_itself(
+            flight, vehicle, by_name=by_name
+        ):
+            return VehicleResult(vehicle=vehicle.id, ok=False, text=why)
+        return self._hold_one(vehicle, flight, now, by=by)
 
     def _why_left_to_itself(self, flight: Flight, vehicle: Vehicle, *, by_name: bool) -> str:
         """Why an order to all vehicles leaves this one out, and one by name does not; "" if the order is for it, too.
@@ -441,10 +453,13 @@ class Executive:
         if vehicle.telemetry.airborne and vehicle.freshness(now) is Freshness.OK:
             self.remember_flying(flight)
 
-    def remember_flying(self, flight: Flight) -> None:
-        """The vehicle was in the air before this station began (it was restarted): nothing is sent to it."""
+    def remember_flying(self, flight: Flight, *, on_mission: bool = False) -> None:
+        """The vehicle was in the air before this station began (it was restarted): nothing is sent to it.
+
+        One that this station had sent on its mission is watched there as before.
+        """
         now = self._clock.now()
-        flight.enter(Phase.TAKEN_OUT, now, Lost(None))
+        flight.enter(Phase.TAKEN_OUT, now, TakenOut.ON_BOARD if on_mission else Lost(None))
         self._hold_without_run(now)
 
     def _hold_without_run(self, now: float) -> None:

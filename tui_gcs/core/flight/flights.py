@@ -102,7 +102,7 @@ class KeptOrder:
     """An order to a vehicle that could not be carried out at once, and will be as soon as it can."""
 
     what: str
-    """"return" or "land"."""
+    """"return", "land" or "hold"."""
     by: str
     by_name: bool
     """Whether the vehicle was named; an order to all leaves some vehicles to their pilots."""
@@ -163,7 +163,7 @@ class Flight:
     left_reason: str = ""
     """Why a vehicle that left its mode did so, in the words of its own status texts; empty if it gave no reason."""
     kept: KeptOrder | None = None
-    """A return or landing that waits until it can be carried out."""
+    """A return, landing or hold that waits until it can be carried out."""
     held_by_station: bool = False
     """The station itself made it hold, no operator did: its own failsafe then takes precedence."""
 

@@ -1,6 +1,7 @@
 """The state store: what a station must know again after `kill -9`, in one small JSON file.
 
-It holds the scenario, round, teams, homes and answered alarms; vehicles that must be rebooted or whose position jumped;
+It holds the scenario, round, teams, homes and answered alarms; which vehicles fly missions that this station began, and
+orders that wait or are not confirmed yet; vehicles that must be rebooted or whose position jumped;
 what was acknowledged before the start, which plans on board are ours, what planners learnt, and what was being changed
 on vehicles. A restarted station shows the whole picture and sends no set-point: vehicles found in the air are holding.
 """
@@ -14,10 +15,13 @@ import time
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.flight.flights import IN_THE_AIR, Flight
+from tui_gcs.core.flight.executive import HOLD, LAND, RETURN
+from tui_gcs.core.flight.flights import IN_THE_AIR, Flight, KeptOrder, Lost, TakenOut
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.core.protocol.common import EventClass, RunPhase
+from tui_gcs.core.protocol.common import EventClass, Phase, RunPhase
 from tui_gcs.core.protocol.plan_limits import MAX_LEARNT_BYTES
 from tui_gcs.core.records.event_log import ALERT, WARNING
 from tui_gcs.core.services.plans.plan_jobs import PlanJob
@@ -112,7 +116,11 @@ class StateStore:
             flight.stays = str(item.get("stays", ""))
             parts.flight.flights.by_id[flight.vehicle] = flight
             if item["in_the_air"]:
-                executive.remember_flying(flight)
+                executive.remember_flying(flight, on_mission=bool(item.get("on_mission")))
+                kept = item.get("kept")
+                flight.kept = msgspec.convert(kept, KeptOrder) if kept is not None else None
+        for vehicle in self._held.get("sent", []):
+            parts.flight.courses.watch_mission(int(vehicle), parts.records.clock.now())
         executive.started_s = self._held["started_s"] or math.nan
         was_running = self._held["run"] in (RunPhase.RUNNING, RunPhase.STARTING)
         # Only a fleet that was running goes on by itself, and only if the scenario asks for it.
@@ -180,9 +188,12 @@ def _state(parts: StationParts, frontend: StationFrontend) -> dict[str, Any]:
                 "home_m": f.home_m,
                 "in_the_air": f.phase in IN_THE_AIR,
                 "stays": f.own_activity(),
+                "on_mission": f.step is TakenOut.ON_BOARD,
+                "kept": msgspec.to_builtins(_kept(parts, f)),
             }
             for f in parts.flight.flights
         ],
+        "sent": sorted(parts.flight.flights.sent),
         "alarms": parts.alarms.memory(),
         "reboots": parts.picture.reboots.memory(),
         "jumps": parts.picture.jump_monitor.memory(),
@@ -201,6 +212,18 @@ def _state(parts: StationParts, frontend: StationFrontend) -> dict[str, Any]:
             name: base64.b64encode(controller.learnt).decode() for name, controller in active.team_controllers.items()
         },
     }
+
+
+def _kept(parts: StationParts, flight: Flight) -> KeptOrder | None:
+    """The order that the next station has to carry out: one that waits, or a stop that no telemetry confirmed yet."""
+    if flight.kept is not None:
+        return flight.kept
+    if isinstance(flight.step, Lost) and flight.step.before is Phase.RETURNING:
+        return KeptOrder(RETURN, flight.ordered_by, False, "it was lost")
+    stop = parts.comms.commands.stop_under_way(flight.vehicle)
+    if stop is None or stop.name not in (RETURN, LAND, HOLD) or flight.held_by_station:
+        return None
+    return KeptOrder(stop.name, stop.by, False, "the station ended before it was confirmed")
 
 
 def _learnt_bytes(text: object) -> bytes:

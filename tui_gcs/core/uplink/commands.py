@@ -134,6 +134,11 @@ class CommandService:
         """Whether a hold, landing or disarming of `vehicle` is not confirmed yet."""
         return any(action.retry is RetryClass.STOP for action in self._pending.get(vehicle, {}).values())
 
+    def stop_under_way(self, vehicle: int) -> VehicleAction | None:
+        """The stop of `vehicle` that is not confirmed yet; of several, the newest."""
+        stops = [a for a in self._pending.get(vehicle, {}).values() if a.retry is RetryClass.STOP]
+        return stops[-1] if stops else None
+
     def pending(self, vehicle: int, name: str) -> bool:
         """Whether such an action is under way."""
         return name in self._pending.get(vehicle, {})
