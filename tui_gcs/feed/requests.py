@@ -21,7 +21,7 @@ from tui_gcs.core.protocol.services import (
     GetVehicles,
     ServiceReply,
 )
-from tui_gcs.core.protocol.setup import GetTraffic
+from tui_gcs.core.protocol.setup import GetSetup, GetTraffic
 from tui_gcs.feed.bus_questions import awaited_answer
 from tui_gcs.feed.stop_requests import StopRequests
 
@@ -46,6 +46,7 @@ READING = (
     GetOnBoard,
     GetParamInfos,
     GetParams,
+    GetSetup,
     GetTaskResult,
     GetTasks,
     GetTraffic,

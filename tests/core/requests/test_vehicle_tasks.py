@@ -50,7 +50,7 @@ CHANGES = [
 ]
 FETCHES = [s.ReadParams((1,), ("A",)), s.FetchParams((1,)), s.ReadFailsafes((1,)), s.DownloadPlan((1,), "fence")]
 FETCHES += [s.ListFiles((1,), "/"), s.DownloadFile((1,), "/a"), s.ListLogs((1,)), s.DownloadLog((1,), 1)]
-FETCHES += [setup.ReadGains((1,)), setup.ReadAirframe((1,)), setup.HearTraffic((1,))]
+FETCHES += [setup.ReadSetup((1,)), setup.ReadGains((1,)), setup.ReadAirframe((1,)), setup.HearTraffic((1,))]
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,13 @@ def to_float32(value: float) -> float:
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
+def whole_number(value: float | None) -> int | None:
+    """Return a number that a vehicle reported as the integer that it must be; None for NaN, fractions and nonsense."""
+    if value is None or not math.isfinite(value) or abs(value) >= 2**63 or value != int(value):
+        return None
+    return int(value)
+
+
 def shown(value: float) -> str:
     """Format a number for the operator: as short as it is exact in 32 bits."""
     if isinstance(value, int):

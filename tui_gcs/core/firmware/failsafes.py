@@ -6,8 +6,9 @@ happens then was measured (docs/autopilots.md). Both ship with the failsafe for 
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
+from tui_gcs.core.base.float32 import whole_number
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import known_modes
@@ -24,6 +25,10 @@ class FailsafeLine:
     does: str
     warning: bool
     """It does nothing, or something dangerous, or that is not known: an operator must accept it."""
+    param: str = ""
+    """The parameter that chooses what it does; "" if none does."""
+    choices: Mapping[int, str] = field(default_factory=dict)
+    """What it would do by the values of that parameter."""
 
     @property
     def check(self) -> str:
@@ -149,16 +154,16 @@ def _is_copter(vehicle: Vehicle) -> bool:
 
 def _action_line(values: Values, when: str, name: str, words: Mapping[int, str], delay: str = "") -> FailsafeLine:
     """One action parameter in words; 0 and values that are not in `words` are warnings."""
-    value = values.get(name)
+    value, choices = values.get(name), {0: "NOTHING", **words}
     if value is None:
-        return FailsafeLine(when, f"not known: {name} was not read", warning=True)
-    # A vehicle may report NaN or 1e30, which no table has.
-    word = words.get(int(value)) if value == value and abs(value) < 1e9 else None
+        return FailsafeLine(when, f"not known: {name} was not read", True, name, choices)
+    number = whole_number(value)
+    word = words.get(number) if number is not None else None
     if word is None:
         nothing = "NOTHING" if value == 0 else f"not known: {name} is {value:g}"
-        return FailsafeLine(when, f"{nothing} ({name} 0)" if value == 0 else nothing, warning=True)
+        return FailsafeLine(when, f"{nothing} ({name} 0)" if value == 0 else nothing, True, name, choices)
     dangerous = word.split()[0].isupper()
-    return FailsafeLine(when, f"{word}{delay} ({name} {value:g})", dangerous)
+    return FailsafeLine(when, f"{word}{delay} ({name} {value:g})", dangerous, name, choices)
 
 
 def _seconds(values: Values, name: str) -> str:
@@ -179,7 +184,7 @@ def _copter(values: Values, own_system: int) -> Iterator[FailsafeLine]:
 def _copter_station(values: Values, own_system: int) -> Iterator[FailsafeLine]:
     line = _action_line(values, UNHEARD[0], "FS_GCS_ENABLE", _GCS_ACTIONS, _seconds(values, "FS_GCS_TIMEOUT"))
     yield line
-    if int(values.get("FS_OPTIONS", 0)) & _CONTINUE_AUTO:
+    if (whole_number(values.get("FS_OPTIONS")) or 0) & _CONTINUE_AUTO:
         yield FailsafeLine("this station is not heard in AUTO", "goes on with its mission (FS_OPTIONS)", warning=False)
     # ArduPilot's failsafe counts the heartbeats of one system id only (docs/autopilots.md C1); its name changed in 4.7.
     name = "MAV_GCS_SYSID" if "MAV_GCS_SYSID" in values else "SYSID_MYGCS"
@@ -197,7 +202,7 @@ def _copter_battery(values: Values, level: str, action: str) -> FailsafeLine:
     volts, mah = values.get(f"{prefix}_VOLT"), values.get(f"{prefix}_MAH")
     # An action without any limit never trips.
     if not line.warning and volts == 0 and mah == 0:
-        return FailsafeLine(line.when, f"NOTHING: no limit is set ({prefix}_VOLT, {prefix}_MAH)", warning=True)
+        return replace(line, does=f"NOTHING: no limit is set ({prefix}_VOLT, {prefix}_MAH)", warning=True)
     return line
 
 
@@ -207,9 +212,9 @@ def _copter_fence(values: Values) -> FailsafeLine:
     enabled = values.get("FENCE_ENABLE")
     if enabled == 0:
         text = "NOTHING by parameter (FENCE_ENABLE 0); a fence may be on by command: see the GEOFENCE sensor"
-        return FailsafeLine(line.when, text, warning=True)
+        return FailsafeLine(line.when, text, True, "FENCE_ENABLE", {0: "NOTHING by parameter", 1: "the fence is on"})
     if enabled is None:
-        return FailsafeLine(line.when, "not known: FENCE_ENABLE was not read", warning=True)
+        return replace(line, does="not known: FENCE_ENABLE was not read", warning=True)
     return line
 
 
@@ -218,18 +223,18 @@ def _px4(values: Values) -> Iterator[FailsafeLine]:
     hold = f" and {values['COM_FAIL_ACT_T']:g} s of holding" if values.get("COM_FAIL_ACT_T", 0) > 0 else ""
     delay = _seconds(values, "COM_DL_LOSS_T") + (hold if "COM_DL_LOSS_T" in values else "")
     yield _action_line(values, UNHEARD[1], "NAV_DLL_ACT", _DLL_ACTIONS, delay)
-    if int(values.get("COM_DLL_EXCEPT", 0)) & _OFFBOARD_EXCEPTED:
+    if (whole_number(values.get("COM_DLL_EXCEPT")) or 0) & _OFFBOARD_EXCEPTED:
         yield FailsafeLine("no station is heard in OFFBOARD", "NOTHING (COM_DLL_EXCEPT)", warning=True)
     offboard = _seconds(values, "COM_OF_LOSS_T")
     line = _action_line(values, "set-points cease (OFFBOARD)", "COM_OBL_RC_ACT", _OBL_ACTIONS, offboard)
     comes_down = values.get("COM_OBL_RC_ACT") in (0, 1, 2, 4)
-    yield FailsafeLine(line.when, line.does, line.warning or comes_down)
+    yield replace(line, warning=line.warning or comes_down)
     yield _px4_battery(values)
     yield _action_line(values, "fence crossed", "GF_ACTION", _GF_ACTIONS)
     yield FailsafeLine("position estimate lost (GPS)", "descends where it is after 5 s (measured)", warning=False)
     without = "" if values.get("COM_RC_IN_MODE") == 4 else "; ignored if there was none at arming"
     line = _action_line(values, "sticks (RC or joystick) lost", "NAV_RCL_ACT", _DLL_ACTIONS)
-    yield FailsafeLine(line.when, line.does + without, line.warning)
+    yield replace(line, does=line.does + without)
 
 
 def _px4_battery(values: Values) -> FailsafeLine:

@@ -246,6 +246,7 @@ class ServiceReply(Reply, frozen=True):
     result: TaskResult | None = None
     calibrations: tuple[setup.CalibrationRow, ...] = ()
     airframes: tuple[setup.AirframeRow, ...] = ()
+    setup_sections: tuple[setup.SetupSectionRow, ...] = ()
     traffic: tuple[setup.TrafficRow, ...] = ()
     remote_ids: tuple[setup.RemoteIdRow, ...] = ()
     payloads: tuple[setup.PayloadRow, ...] = ()

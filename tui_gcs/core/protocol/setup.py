@@ -24,6 +24,45 @@ class CalibrationRow(Message, frozen=True):
     """Why it cannot be cancelled once it has begun; "" if it can."""
 
 
+SectionWord = Literal["airframe", "sensors", "radio", "modes", "failsafes", "motors", "battery", "tuning"]
+"""The sections of setting a vehicle up, in the order in which it is done."""
+FieldAct = Literal["parameter", "airframe", "gain", "calibrate", "motor", "none"]
+
+
+class SetupFieldRow(Message, frozen=True):
+    """One line of a section: a value, a sensor, what happens when something is lost, or a motor."""
+
+    label: str
+    act: FieldAct
+    """The request that changes it: SetParams, ChooseAirframe, SetGain, Calibrate (`label` is the sensor), TestMotor."""
+    param: str = ""
+    """The parameter that holds it; "" if none does."""
+    value: Number | None = None
+    """The parameter's value, None if it was not read; the number of a motor."""
+    words: str = ""
+    """What it is or does, where that is more than the value."""
+    needs_attention: bool = False
+    choices: tuple[tuple[int, str], ...] = ()
+    """Names of the parameter's usual values, or what the vehicle would do."""
+    unit: str = ""
+    prompt: str = ""
+    """What to do before a calibration begins."""
+    former: tuple[Number, ...] = ()
+    """Earlier values of a gain, oldest first."""
+
+
+class SetupSectionRow(Message, frozen=True):
+    """How one section of a vehicle's setup stands."""
+
+    vehicle: int
+    section: SectionWord
+    state: Literal["done", "needs attention", "unknown"]
+    text: str
+    """What it is, or what is missing."""
+    fields: tuple[SetupFieldRow, ...] = ()
+    """The lines of the section that was asked for."""
+
+
 class GainRow(Message, frozen=True):
     """One gain, and what it was before it was changed here."""
 
@@ -123,6 +162,13 @@ class GetAirframes(VehicleRequest, frozen=True, tag="get-airframes"):
     """What these vehicles could be built as (`ServiceReply.airframes`); `ReadAirframe` asks what they are."""
 
 
+class GetSetup(VehicleRequest, frozen=True, tag="get-setup"):
+    """How the setup of these vehicles stands, as far as it was read (`ServiceReply.setup_sections`)."""
+
+    section: SectionWord | None = None
+    """The section whose lines are wanted, too."""
+
+
 class GetTraffic(Request, frozen=True, tag="get-traffic"):
     """Aircraft that vehicles heard within the last minute (`ServiceReply.traffic`)."""
 
@@ -139,6 +185,12 @@ class ReadGains(VehicleRequest, frozen=True, tag="read-gains"):
     """Read a group of gains, or all groups (`TaskResult.gains`)."""
 
     group: str = ""
+
+
+class ReadSetup(VehicleRequest, frozen=True, tag="read-setup"):
+    """Read the parameters that a section is about; of all sections if none is named. Then `GetSetup`."""
+
+    section: SectionWord | None = None
 
 
 class ReadAirframe(VehicleRequest, frozen=True, tag="read-airframe"):
@@ -251,8 +303,8 @@ class ConfirmStep(Request, frozen=True, tag="confirm-step"):
     number: int
 
 
-Look = GetCalibrations | GetAirframes | GetTraffic | GetRemoteIds | GetPayloads
-Fetch = ReadGains | ReadAirframe | HearTraffic | AskPayloads
+Look = GetSetup | GetCalibrations | GetAirframes | GetTraffic | GetRemoteIds | GetPayloads
+Fetch = ReadSetup | ReadGains | ReadAirframe | HearTraffic | AskPayloads
 SetUp = Calibrate | CancelCalibration | UndoRadio | SetGain | UndoGains | ChooseAirframe | TestMotor
 Carry = PointGimbal | ReleaseGimbal | UseCamera | LookAt | LookAhead | SetCurrentItem
 Change = SetUp | Carry

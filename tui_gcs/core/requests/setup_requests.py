@@ -3,15 +3,16 @@
 from collections.abc import Iterable
 from functools import partial
 
-from tui_gcs.core.base.float32 import shown
+from tui_gcs.core.base.float32 import shown, whole_number
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.calibration_setup import Sensor, calibration, motor_word
+from tui_gcs.core.firmware.calibration_setup import calibration, motor_word
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.protocol.services import TaskResult
 from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
+from tui_gcs.core.requests.setup_overview import RADIO_FIRST, SENSORS
 from tui_gcs.core.requests.tasks import Guidance, Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.parameters.param_change import ParamChange
@@ -22,16 +23,6 @@ from tui_gcs.core.services.setup.tuning import FORCE
 from tui_gcs.core.uplink.actions import Outcome
 from tui_gcs.core.uplink.jobs import Job, JobState
 
-SENSORS: dict[s.SensorWord, Sensor] = {
-    "gyro": Sensor.GYRO,
-    "accel": Sensor.ACCEL,
-    "simple-accel": Sensor.SIMPLE_ACCEL,
-    "level": Sensor.LEVEL,
-    "compass": Sensor.COMPASS,
-    "baro": Sensor.BARO,
-    "airspeed": Sensor.AIRSPEED,
-}
-RADIO_FIRST = "take the propellers off; the vehicle's receiver must be on"
 REBOOT_FIRST = "; reboot it before it flies"
 IN_THE_AIR = "it is in the air"
 
@@ -197,7 +188,7 @@ class SetupRequests:
                 most=field.most,
                 choices=field.choices,
                 warning=words.warning,
-                value=int(known[field.param].value) if field.param in known else None,
+                value=whole_number(known[field.param].value) if field.param in known else None,
             )
             for field in words.fields
         )

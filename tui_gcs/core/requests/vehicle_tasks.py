@@ -19,6 +19,7 @@ from tui_gcs.core.requests.flight_requests import FlightRequests
 from tui_gcs.core.requests.handler import Access, NotConfirmedError, RequestHandler, VehicleAct
 from tui_gcs.core.requests.inspection_requests import InspectionRequests
 from tui_gcs.core.requests.payload_requests import PayloadRequests, payload_rows, remote_id_rows, traffic_rows
+from tui_gcs.core.requests.setup_overview import SetupOverview
 from tui_gcs.core.requests.setup_requests import SetupRequests
 from tui_gcs.core.requests.tasks import TaskTable
 from tui_gcs.core.requests.vehicle_requests import VehicleRequests, param_info_rows, param_rows
@@ -34,11 +35,13 @@ class VehicleTasks:
         parts = self._parts = context.parts
         self.tasks = TaskTable(parts.records.clock)
         self._setup = SetupRequests(parts.services)
+        self._overview = SetupOverview(parts.services)
         self._inspection = InspectionRequests(parts)
         firmware = parts.comms.firmware
         self._acts: dict[type, VehicleAct] = {
             **VehicleRequests(parts.services, firmware, parts.comms.command_encoder).acts,
             **self._setup.acts,
+            **self._overview.acts,
             **PayloadRequests(parts.services, firmware).acts,
             **FlightRequests(context).acts,
             **self._inspection.acts,
@@ -55,6 +58,7 @@ class VehicleTasks:
             s.GetParams: self._params,
             s.GetParamInfos: self._param_infos,
             s.GetModes: self._modes,
+            setup.GetSetup: self._setup_sections,
             setup.GetTraffic: lambda request: self._traffic(),
             setup.GetRemoteIds: partial(self._rows_of, "remote_ids", lambda v: remote_id_rows(services, v, clock)),
             setup.GetPayloads: partial(self._rows_of, "payloads", lambda v: payload_rows(services, v, clock)),
@@ -87,6 +91,9 @@ class VehicleTasks:
             text = f"task {request.number} is " + ("not remembered" if task is None else "under way")
             return s.ServiceReply(ok=False, text=text)
         return s.ServiceReply(ok=True, text=task.text, result=task.result)
+
+    def _setup_sections(self, request: setup.GetSetup) -> s.ServiceReply:
+        return self._rows_of("setup_sections", partial(self._overview.rows, wanted=request.section), request)
 
     def _traffic(self) -> s.ServiceReply:
         parts = self._parts

@@ -99,7 +99,8 @@ def test_arducopter_as_it_ships() -> None:
     ],
 )
 def test_arducopters_parameters_in_words(values: dict[str, float], when: str, does: str, warning: bool) -> None:
-    assert copter(**values)[when] == FailsafeLine(when, does, warning)
+    line = copter(**values)[when]
+    assert (line.does, line.warning) == (does, warning)
 
 
 def test_the_old_name_of_the_stations_id_is_taken_too() -> None:
@@ -143,7 +144,8 @@ def test_px4_as_it_ships() -> None:
 )
 def test_px4s_parameters_in_words(values: dict[str, float], when: str, does: str, warning: bool) -> None:
     """PX4 checks no range: GF_ACTION 77 was accepted."""
-    assert px4(**values)[when] == FailsafeLine(when, does, warning)
+    line = px4(**values)[when]
+    assert (line.does, line.warning) == (does, warning)
 
 
 def test_what_was_not_read_is_a_warning() -> None:
@@ -276,3 +278,17 @@ def test_nothing_is_added_for_a_vehicle_that_does_nothing_more(rig: Callable[...
     flight = rig(1).ready()
     ask_failsafes(flight, 1)
     assert "not heard" not in flight.station.publisher.status().if_silent[1]
+
+
+def test_a_line_names_the_parameter_that_chooses_and_what_each_value_would_do() -> None:
+    line = copter()["this station is not heard"]
+    assert line.param == "FS_GCS_ENABLE"
+    assert line.choices[0] == "NOTHING" and line.choices[5] == "lands where it is"
+    assert copter(FENCE_ENABLE=0)["fence crossed"].param == "FENCE_ENABLE"
+    assert copter()["set-points cease (GUIDED)"].param == ""
+
+
+def test_values_that_are_no_numbers_are_explained_too() -> None:
+    nan = float("nan")
+    assert px4(COM_DLL_EXCEPT=nan, NAV_DLL_ACT=nan)["no station is heard"].warning
+    assert "this station is not heard in AUTO" not in copter(FS_OPTIONS=nan)

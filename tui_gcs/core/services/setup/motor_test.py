@@ -62,12 +62,26 @@ class _OutputRange:
         return ", ".join(f"{OUTPUTS.index(n) + 1} ({self.least[n]} to {self.most[n]} µs)" for n in moved)
 
 
+@dataclass(frozen=True)
+class MotorResult:
+    """What came of the test of one motor."""
+
+    ok: bool
+    text: str
+
+
 class MotorTestService:
     """Starts, watches and stops the motor tests of all vehicles."""
 
     def __init__(self, context: ServiceContext) -> None:
         self._context = context
         self._tests: dict[int, _Test] = {}
+        self._results: dict[int, dict[int, MotorResult]] = {}
+        context.forget_with(self._forget, reboot=False)
+
+    def results(self, vehicle_id: int) -> dict[int, MotorResult]:
+        """The last result of each motor that was tested since this station began, by the motor's number."""
+        return dict(self._results.get(vehicle_id, {}))
 
     def is_testing(self, vehicle_id: int) -> bool:
         """Whether a motor turns by our order, or the heartbeat may still show it: armed means nothing then."""
@@ -105,7 +119,7 @@ class MotorTestService:
             confirmed=lambda v: self._is_over(v, action, seconds, outputs),
             command=order.command,
             confirm_s=seconds + 2.0,
-            on_done=lambda _, outcome, reason: self._answered(vehicle, outcome, reason, outputs, on_done),
+            on_done=lambda _, outcome, reason: self._answered(vehicle, motor, outcome, reason, outputs, on_done),
             look=partial(self._context.request_message, vehicle_id, SERVO_OUTPUT_RAW),
         )
         self._tests[vehicle_id] = _Test(motor, now + seconds + SHOWN_ARMED_S)
@@ -136,6 +150,9 @@ class MotorTestService:
             # The heartbeat shows armed for a moment after the end.
             until_s = min(test.until_s, self._context.clock.now() + SHOWN_ARMED_S)
             self._tests[vehicle_id] = _Test(test.motor, until_s)
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        self._results.pop(vehicle.id, None)
 
     def _why_not(self, vehicle: Vehicle, motor: int, throttle: float, seconds: float, *, props_removed: bool) -> str:
         if not props_removed:
@@ -169,7 +186,7 @@ class MotorTestService:
         return action.acked_s is not None and now >= action.acked_s + seconds + OBSERVED_AFTER_S
 
     def _answered(
-        self, vehicle: Vehicle, outcome: Outcome, why: str, outputs: _OutputRange, on_done: Done | None
+        self, vehicle: Vehicle, motor: int, outcome: Outcome, why: str, outputs: _OutputRange, on_done: Done | None
     ) -> None:
         if outcome is Outcome.REFUSED:
             self._tests.pop(vehicle.id, None)
@@ -185,5 +202,7 @@ class MotorTestService:
             # An autopilot accepts a test of a motor that it does not have (measured).
             if outputs.least and not driven:
                 outcome, why = Outcome.NOT_CONFIRMED, "accepted, but no output of it was seen to move"
+        result = MotorResult(outcome is Outcome.CONFIRMED, why or outcome.value)
+        self._results.setdefault(vehicle.id, {})[motor] = result
         if on_done is not None:
             on_done(outcome, why)
