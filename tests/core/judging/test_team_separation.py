@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tui_gcs.core.judging.team_separation import findings, nearest_at_once, tightest_crossing
+from tui_gcs.core.judging.team_separation import findings, nearest_at_once, summary, tightest_crossing
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.common import FlownWays
 from tui_gcs.core.scenario.model import Limits
@@ -32,6 +32,16 @@ def test_two_who_are_over_one_place_at_the_same_time_on_layers_far_enough_apart(
     assert found.teams == ("north", "south") and found.finding.level is FindingLevel.NOTE
     assert found.finding.text == "north and south: separation 1.40 x after 10 s at [100 0] (1 and 5)"
     assert found.finding.detail == "0.0 m beside and 7.0 m above each other"
+
+
+def test_teams_that_are_far_apart_share_one_line() -> None:
+    ways = {name: eastward(n, 30.0, 50.0 * n) for n, name in enumerate("abcd")}
+    ways |= {"e": eastward(5, 37.0)}
+    lines = [finding.text for finding in summary(findings(ways, LIMITS))]
+    assert lines == [
+        "a and e: separation 1.40 x after 0 s at [0 0] (0 and 5)",
+        "9 other pairs of teams: separation 5.0 x or more",
+    ]
 
 
 def test_between_two_moments_the_nearest_counts() -> None:

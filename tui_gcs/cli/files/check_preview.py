@@ -11,7 +11,7 @@ from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.flight.planner_tasks import crewed, crews
 from tui_gcs.core.geometry.zones import area_m2
-from tui_gcs.core.judging.team_separation import findings
+from tui_gcs.core.judging.team_separation import findings, summary
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.missions.scenario_findings import ScenarioFinding, preview_findings
 from tui_gcs.core.protocol.common import FleetFrame, PlannerTask, PreviewResult, PreviewTask
@@ -54,7 +54,7 @@ def _round(scenario: Scenario, round_: Round, off_m: float) -> Iterator[Scenario
         yield from preview_findings(found)
         if found.ways is not None:
             ways[team.name] = found.ways
-    yield from (each.finding for each in findings(ways, scenario.limits))
+    yield from summary(findings(ways, scenario.limits))
 
 
 def _preview(ask: PreviewTask, task: PlannerTask) -> PreviewResult:

@@ -21,6 +21,8 @@ from tui_gcs.core.protocol.planning import FlownWays
 from tui_gcs.core.scenario.model import Limits
 
 Floats = NDArray[np.floating[Any]]
+FAR_APART = 3.0
+"""From this multiple of the allowed separation on, two teams need not be told of each by a line of their own."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,16 @@ def findings(ways: Mapping[str, FlownWays], limits: Limits) -> list[TeamSeparati
     pairs = combinations([team for team in ways if ways[team].is_sound], 2)
     found = [each for one, other in pairs for each in _pair_findings(one, other, ways[one], ways[other], limits)]
     return sorted(found, key=lambda each: (-each.finding.level, each.separation))
+
+
+def summary(found: list[TeamSeparationFinding]) -> list[ScenarioFinding]:
+    """The findings to be read as a list: teams that are far apart share one line, which tells the nearest of them."""
+    near = [each.finding for each in found if each.finding.level > FindingLevel.NOTE or each.separation < FAR_APART]
+    far = [each for each in found if each.finding.level <= FindingLevel.NOTE and each.separation >= FAR_APART]
+    if len(far) < 2:
+        return [each.finding for each in found]
+    text = f"{len(far)} {'other ' if near else ''}pairs of teams: separation {far[0].separation:.1f} x or more"
+    return [*near, ScenarioFinding(FindingLevel.NOTE, text, "")]
 
 
 def _pair_findings(
