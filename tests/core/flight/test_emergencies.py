@@ -7,6 +7,7 @@ from itertools import chain
 import pytest
 
 from tests.core.rigs.rig import Rig
+from tui_gcs.core.flight.emergency_monitor import RECOVERED_S
 from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol import common as m
@@ -18,6 +19,11 @@ from tui_gcs.core.requests.views import vehicle_info
 from tui_gcs.core.uplink.actions import MavCommand
 
 MakeRig = Callable[..., Rig]
+# A vehicle on its back.
+UPSIDE_DOWN = dict.fromkeys(("pitch", "yaw", "rollspeed", "pitchspeed", "yawspeed"), 0.0) | {
+    "time_boot_ms": 1,
+    "roll": math.pi,
+}
 FALL_S = 2.5
 """By then it must be alarmed: a real ArduCopter was on the ground after 4 s."""
 
@@ -31,6 +37,17 @@ def failing(flight: Rig, vehicle: int = 2) -> Rig:
     """A motor of one flying vehicle fails."""
     flight.sim.fail_motor(flight.sim_index[vehicle])
     return flight
+
+
+def lean(flight: Rig, angle_deg: float, vehicle: int = 2) -> Rig:
+    """A vehicle reports that it lies over, and goes on flying as before."""
+    flight.sim._vehicles.tumble_rad[flight.sim_index[vehicle]] = math.radians(angle_deg)
+    return flight
+
+
+def slots(flight: Rig) -> set[str]:
+    """Slots of vehicles that fly for their planner."""
+    return {f.slot for f in flight.station.flight.flights if f.phase is Phase.FLYING and f.slot}
 
 
 def info(flight: Rig, vehicle: int = 2) -> VehicleInfo:
@@ -52,11 +69,33 @@ def test_a_fall_is_alarmed_before_it_ends_and_its_vehicle_leaves_the_team(rig: M
     assert flight.phase(1) is flight.phase(3) is Phase.FLYING
 
 
-def test_one_that_lies_over_is_alarmed_wherever_it_is(rig: MakeRig) -> None:
-    flight = failing(rig(3).flying().run(10.0))
-    causes: set[str] = set()
-    flight.until(lambda: causes.update(alarms(flight)) or "attitude" in causes or "falling" in causes, FALL_S)
-    assert causes & {"attitude", "falling"}
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+def test_one_that_lies_over_without_falling_is_alarmed_by_its_attitude(rig: MakeRig, autopilots: str) -> None:
+    flight = rig(3, autopilots=autopilots).flying().run(10.0)
+    lean(flight, 69.0).until(lambda: "attitude" in alarms(flight), 1.5, "alarmed")
+    assert alarms(flight)["attitude"] in ("69 degrees off level", "70 degrees off level")
+    assert flight.phase(2) is Phase.TAKEN_OUT and flight.station.flight.flights.by_id[2].step is TakenOut.EMERGENCY
+    assert "falling" not in alarms(flight), "it keeps its height"
+    lean(flight, 0.0).run(RECOVERED_S + 1.0)
+    assert not flight.station.flight.emergencies.found, "it has recovered"
+
+
+def test_a_steep_turn_is_no_emergency(rig: MakeRig) -> None:
+    flight = lean(rig(3).flying().run(10.0), 55.0).run(3.0)
+    assert not flight.station.flight.emergencies.found and flight.phase(2) is Phase.FLYING
+
+
+def test_one_wrong_attitude_is_no_emergency(rig: MakeRig) -> None:
+    """One among good ones, and two that say nothing of the time between them."""
+    flight = rig(3).flying().run(10.0)
+    flight.say("ATTITUDE", 2, **UPSIDE_DOWN)
+    flight.run(1.0)
+    assert not flight.station.flight.emergencies.found
+    flight.loses = lambda way, index: way == "up" and index == flight.sim_index[2]
+    for _ in range(2):
+        flight.say("ATTITUDE", 2, **UPSIDE_DOWN)
+        flight.run(1.4)
+    assert not flight.station.flight.emergencies.found
 
 
 def test_a_vehicle_in_no_team_and_one_on_its_mission_are_alarmed_too(rig: MakeRig) -> None:
@@ -122,6 +161,49 @@ def test_others_keep_clear_below_it(rig: MakeRig) -> None:
             nearest = min(nearest, math.dist(flight.place(1), flight.place(3)))
     assert nearest > 8.0
     assert any("guard veto, holding: too close to vehicle 3" in text for text in flight.texts("vehicle 1"))
+
+
+def test_its_planner_gets_a_fleet_without_it(rig: MakeRig) -> None:
+    flight = rig(3).flying().run(10.0)
+    lean(flight, 69.0).until(lambda: flight.phase(2) is Phase.TAKEN_OUT, 1.5)
+    flight.run(0.3)
+    assert flight.frame is not None
+    assert flight.frame.phase == (Phase.FLYING, Phase.TAKEN_OUT, Phase.FLYING)
+    begin_s = flight.clock.now()
+    flight.run(2.0)
+    assert not flight.sent_to(2, since_s=begin_s), "its planner goes on with intents for it, and they are not sent"
+    assert flight.sent_to(1, since_s=begin_s)
+
+
+@pytest.mark.long
+def test_the_others_of_its_team_share_its_work(rig: MakeRig) -> None:
+    """With the real patrol planner: of three slots two are left, evenly spaced, within seconds."""
+    flight = rig(3, wants=None).flying()
+    flight.until(lambda: slots(flight) == {"1/3", "2/3", "3/3"}, 10.0)
+    lean(flight.run(5.0), 69.0)
+    flight.until(lambda: slots(flight) == {"1/2", "2/2"}, 3.0, "re-spaced")
+    assert flight.station.active.team_controllers["defend"].status().slots == 2
+    lean(flight, 0.0).run(RECOVERED_S + 2.0)
+    assert slots(flight) == {"1/2", "2/2"}, "it does not come back by itself"
+
+
+def test_others_keep_clear_of_one_that_hovers_in_an_emergency(rig: MakeRig) -> None:
+    """It stays where it is, and the way of vehicle 1, at the same height, leads through that place."""
+    goal = {1: (140.0, 200.0), 2: (330.0, 260.0), 3: (200.0, 200.0)}
+    height_m = {1: 20.0, 2: 26.0, 3: 32.0}
+
+    def places(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
+        return [Intent(vehicle=v, kind="goto", position_m=(*goal[v], height_m[v])) for v in task.members]
+
+    flight = rig(3, wants=places).flying().run(40.0)
+    lean(flight, 69.0, vehicle=3).run(2.0)
+    assert flight.phase(3) is Phase.TAKEN_OUT
+    height_m[1], goal[1] = flight.place(3)[2], (260.0, 200.0)
+    nearest = math.inf
+    for _ in range(500):
+        flight.run(0.1)
+        nearest = min(nearest, math.dist(flight.place(1), flight.place(3)))
+    assert nearest > flight.station.active.scenario.limits.separation_horizontal_m - 1.0, nearest
 
 
 def test_a_veto_does_not_claim_that_a_moving_vehicle_holds(rig: MakeRig) -> None:
