@@ -47,6 +47,10 @@ class ChangeOutcome:
     """How many of its values were set."""
     total: int
     error: str = ""
+    out_of_range: tuple[str, ...] = ()
+    """What was not set because the vehicle's own description excludes the value."""
+    remark: str = ""
+    """What is to be known of values that were set: that their ranges are not known."""
 
 
 class ParameterTransfers:
@@ -86,10 +90,13 @@ class ParameterTransfers:
         await self.look([one.vehicle for one in ended])
         return ended
 
-    async def change(self, change: ParameterChange, *, in_flight: bool = False) -> tuple[ChangeOutcome, ...]:
+    async def change(
+        self, change: ParameterChange, *, in_flight: bool = False, beyond_range: bool = False
+    ) -> tuple[ChangeOutcome, ...]:
         """Set the values of a change, and remember what was there before for `undo`.
 
         Vehicles that get the same values are asked in one request. `in_flight`: it is meant for vehicles in the air.
+        `beyond_range`: the values are meant though the vehicle's own description excludes them.
         """
         before = {
             vehicle: {name: held[name].value for name in values if name in held}
@@ -98,7 +105,7 @@ class ParameterTransfers:
         }
         outcomes: list[ChangeOutcome] = []
         for values, vehicles in _by_values(change):
-            outcomes += await self._set(vehicles, values, in_flight)
+            outcomes += await self._set(vehicles, values, in_flight=in_flight, beyond_range=beyond_range)
         await self.look(change.vehicles)
         # Only what was really changed is taken back: a refused value is still the former one.
         restore = {vehicle: self._changed(vehicle, former) for vehicle, former in before.items()}
@@ -113,10 +120,10 @@ class ParameterTransfers:
         return self._undo[-1] if self._undo else None
 
     async def take_back(self, *, in_flight: bool = False) -> tuple[ChangeOutcome, ...]:
-        """Carry out `undo`; it stays if a vehicle refused it."""
+        """Carry out `undo`; it stays if a vehicle refused it. The former values may be beyond their ranges."""
         change = self._undo.pop()
         kept = list(self._undo)
-        outcomes = await self.change(change, in_flight=in_flight)
+        outcomes = await self.change(change, in_flight=in_flight, beyond_range=True)
         failed = [one for one in outcomes if one.error]
         # Undoing an undo is not offered: the newest change before it is next.
         self._undo = [*kept, change] if failed else kept
@@ -126,19 +133,27 @@ class ParameterTransfers:
         held = self.parameters.of(vehicle)
         return {name: value for name, value in former.items() if name in held and held[name].value != value}
 
-    async def _set(self, vehicles: tuple[int, ...], values: Values, in_flight: bool) -> list[ChangeOutcome]:
+    async def _set(
+        self, vehicles: tuple[int, ...], values: Values, *, in_flight: bool, beyond_range: bool
+    ) -> list[ChangeOutcome]:
         done = dict.fromkeys(vehicles, 0)
         errors: dict[int, list[str]] = {vehicle: [] for vehicle in vehicles}
+        beyond: dict[int, tuple[str, ...]] = dict.fromkeys(vehicles, ())
+        remarks = dict.fromkeys(vehicles, "")
         left = iter(values.items())
         while portion := dict(islice(left, MAX_VALUES)):
             open_ = tuple(vehicle for vehicle in vehicles if not errors[vehicle] or done[vehicle])
             if not open_:
                 break
-            for one in await self._carry_out(SetParams(open_, portion, in_flight=in_flight)):
+            request = SetParams(open_, portion, in_flight=in_flight, beyond_range=beyond_range)
+            for one in await self._carry_out(request):
                 done[one.vehicle] += len(portion) if one.ok else len(one.result.params) if one.result else 0
-                if not one.ok:
+                beyond[one.vehicle] += one.result.out_of_range if one.result else ()
+                if one.ok:
+                    remarks[one.vehicle] = one.text
+                else:
                     errors[one.vehicle].append(one.text)
-        return [ChangeOutcome(v, done[v], len(values), "; ".join(errors[v])) for v in vehicles]
+        return [ChangeOutcome(v, done[v], len(values), "; ".join(errors[v]), beyond[v], remarks[v]) for v in vehicles]
 
     async def _carry_out(self, request: FetchParams | SetParams) -> tuple[TaskOutcome, ...]:
         def show(tasks: tuple[TaskInfo, ...]) -> None:

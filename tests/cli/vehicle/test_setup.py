@@ -214,7 +214,10 @@ def test_gains_are_shown_changed_and_set_back(tmp_path: Path, tell: Tell) -> Non
     assert code == 0 and "   1 rate      ATC_RAT_RLL_P    0.135" in out and "ATC_ANG" not in out
     assert "its groups of gains are rate, attitude" in tell(rig, "tune", "1", "rates")[1]
     done = tell(rig, "tune", "1", "rate", "atc_rat_rll_p", "0.2")
-    assert done[:2] == (0, "vehicle 1: ATC_RAT_RLL_P = 0.2; was 0.135\n")
+    assert done[:2] == (
+        0,
+        "vehicle 1: ATC_RAT_RLL_P = 0.2; was 0.135; range not checked: the autopilot reports none\n",
+    )
     assert "0.2  was 0.135" in tell(rig, "tune", "1", "rate")[1]
     code, _, err = tell(rig, "tune", "1", "rate", "ATC_RAT_RLL_P", "0.9")
     assert code == 2 and "more than a factor of 2" in err

@@ -12,9 +12,9 @@ import pytest
 
 from tests.cli.test_keys import Typist
 from tests.cli.vehicle.vehicle_rig import RigClient, Tell, tell
-from tests.core.rigs.ftp_peer import FtpServer
+from tests.core.rigs.ftp_peer import FtpServer, describing_px4
 from tests.core.rigs.log_peer import LogServer
-from tests.core.rigs.param_peer import ParamServer
+from tests.core.rigs.param_peer import REAL32, ParamServer
 from tests.core.rigs.plan_peers import ArduPilotPeer, fence, mission, rally, square
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
 from tests.core.services.vehicle.test_shell_service import Nsh
@@ -187,6 +187,22 @@ def test_parameters_from_one_vehicle_to_another_by_a_file(tmp_path: Path, tell: 
     assert code == 1 and "vehicle 1: holds all of it already" in out
     assert "vehicle 2: FAILED: 1 of 1 parameter set; range not checked" in out and "it has no FS_GCS_ENABLE" in out
     assert servers[1].params["RTL_ALT"][1] == 1500.0
+
+
+def test_values_out_of_range_are_set_only_when_named(tmp_path: Path, tell: Tell) -> None:
+    """By a file and as a gain, too: PX4 takes any value without a word."""
+    row = {"name": "MC_ROLLRATE_P", "type": "Float", "min": 0.01, "max": 0.2}
+    peer, _ = describing_px4(json.dumps({"parameters": [row]}).encode())
+    server = ParamServer(peer, {"MC_ROLLRATE_P": (REAL32, 0.15), "MC_ROLL_P": (REAL32, 6.5)})
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("a.param").write_text("MC_ROLLRATE_P,0.3\nMC_ROLL_P,7\n")
+    code, out, _ = tell(rig, "params", "load", "1", "a.param", "--yes")
+    assert code == 1 and "FAILED: 1 of 2 parameters set; MC_ROLLRATE_P: must be within 0.01 to 0.2" in out
+    code, out, _ = tell(rig, "tune", "1", "rate", "MC_ROLLRATE_P", "0.25")
+    assert code == 1 and "FAILED: must be within 0.01 to 0.2" in out and server.params["MC_ROLLRATE_P"][1] == 0.15
+    assert tell(rig, "params", "load", "1", "a.param", "--yes", "--beyond-range")[0] == 0
+    assert server.params["MC_ROLLRATE_P"][1] == pytest.approx(0.3)
+    assert tell(rig, "tune", "1", "rate", "MC_ROLLRATE_P", "0.25", "--beyond-range")[0] == 0
 
 
 def test_a_file_of_another_autopilot_sets_nothing_although_some_names_are_the_same(tmp_path: Path, tell: Tell) -> None:

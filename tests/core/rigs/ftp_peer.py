@@ -3,6 +3,8 @@
 server = FtpServer(Peer(1), {"/a.txt": b"hello"})     # answers FILE_TRANSFER_PROTOCOL from now on
 """
 
+import json
+import lzma
 import struct
 from typing import Any
 
@@ -212,3 +214,27 @@ class FtpServer:
             self.nak(NOT_FOUND)
         else:
             self.ack(crc32(self.files[data.decode()]).to_bytes(4, "little"))
+
+
+def describing_px4(text: bytes) -> tuple[Peer, FtpServer]:
+    """A PX4 that describes its parameters by parameters.json.xz with that text."""
+    packed = lzma.compress(text)
+    uri = "mftp://etc/extras/parameters.json.xz"
+    general = {
+        "version": 1,
+        "metadataTypes": [{"type": 1, "uri": uri, "fileCrc": crc32(packed), "uriFallback": "http://x"}],
+    }
+    peer = Peer(1, autopilot=PX4)
+    files = {"etc/extras/component_general.json.xz": lzma.compress(json.dumps(general).encode())}
+    server = FtpServer(peer, files | {"etc/extras/parameters.json.xz": packed})
+
+    def command(peer: Peer, fields: dict[str, Any]) -> None:
+        if fields["command"] == 512 and fields["param1"] == 397:
+            peer.say(
+                "COMPONENT_METADATA", time_boot_ms=1, file_crc=5, uri="mftp://etc/extras/component_general.json.xz"
+            )
+        if fields["command"] in (511, 512):
+            peer.ack(fields["command"])
+
+    peer.answers["COMMAND_LONG"] = command
+    return peer, server

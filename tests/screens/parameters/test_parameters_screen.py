@@ -125,6 +125,29 @@ async def test_a_vehicle_that_refuses_is_named_with_its_reason() -> None:
         assert "set and confirmed on vehicle 1" in detail(c)
 
 
+async def test_a_value_beyond_its_range_is_set_only_after_a_second_question() -> None:
+    def ranged(station: FakeStation) -> None:
+        known(station)
+        station.greatest = {"WPNAV_SPEED": 2000}
+
+    async with console(WIDE, ranged) as c:
+        await opened(c, 1, 3)
+        await c.press("end", "enter", *["backspace"] * 10, *"9000", "enter", "y")
+        await c.settle()
+        assert "BEYOND THE RANGE: WPNAV_SPEED = 9000: vehicles 1 3" in c.text()
+        assert "must be within 0 to 2000" in c.text() and same_as_snapshot("parameters-beyond-range-120x40", c.text())
+        await c.press("escape")
+        assert "nothing was set" in detail(c) and len(sets(c)) == 1
+        assert c.station.params[1]["WPNAV_SPEED"].value == 700.0
+        await c.press("enter", *["backspace"] * 10, *"9000", "enter", "y")
+        await c.settle()
+        await c.press("y")
+        assert sets(c)[-1] == SetParams((1, 3), {"WPNAV_SPEED": 9000}, beyond_range=True)
+        assert "set and confirmed on vehicles 1 3" in detail(c)
+        await c.press("u", "y")
+        assert c.station.params[1]["WPNAV_SPEED"].value == 700.0 and sets(c)[-1].beyond_range
+
+
 async def test_an_armed_vehicle_is_warned_about_and_the_request_says_that_it_is_meant() -> None:
     def flying(station: FakeStation) -> None:
         known(station)

@@ -82,6 +82,10 @@ class FakeStation:
     """What every vehicle says about its parameters."""
     no_set: dict[int, str] = field(default_factory=dict)
     """Vehicles that refuse every value, and why."""
+    results: dict[int, s.TaskResult] = field(default_factory=dict)
+    """Results by the number of their task."""
+    greatest: dict[str, float] = field(default_factory=dict)
+    """The top of the range of parameters, by name."""
     inspection: Inspection | None = None
     """What is received."""
     details: dict[int, MessageDetail] = field(default_factory=dict)
@@ -336,11 +340,20 @@ class FakeStation:
         return self._ended(request, {})
 
     def _set_params(self, request: s.SetParams) -> s.ServiceReply:
+        top = {} if request.beyond_range else self.greatest
+        beyond = tuple(name for name, value in request.values.items() if value > top.get(name, value))
         for vehicle in request.vehicles:
             held = self.params.setdefault(vehicle, {})
             for name, value in request.values.items() if vehicle not in self.no_set else ():
-                held[name] = msgspec.structs.replace(held[name], value=value)
-        return self._ended(request, self.no_set)
+                if name not in beyond:
+                    held[name] = msgspec.structs.replace(held[name], value=value)
+        if not beyond:
+            return self._ended(request, self.no_set)
+        why = "; ".join(f"{name}: must be within 0 to {top[name]:g}" for name in beyond)
+        reply = self._ended(request, dict.fromkeys(request.vehicles, why))
+        for task in reply.tasks:
+            self.results[task.number] = s.TaskResult(out_of_range=beyond)
+        return reply
 
     def _ended(self, request: s.FetchParams | s.SetParams | SetMessageRate, failed: dict[int, str]) -> s.ServiceReply:
         """Tasks that are over when they are asked about."""
@@ -494,7 +507,9 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     ),
     s.FetchParams: FakeStation._fetch_params,
     s.SetParams: FakeStation._set_params,
-    s.GetTaskResult: lambda *_: s.ServiceReply(ok=True, result=s.TaskResult()),
+    s.GetTaskResult: lambda station, request: s.ServiceReply(
+        ok=True, result=station.results.get(request.number, s.TaskResult())
+    ),
     s.GetTasks: lambda station, request: s.ServiceReply(
         ok=True, tasks=tuple(station.tasks[n] for n in request.numbers or station.tasks)
     ),

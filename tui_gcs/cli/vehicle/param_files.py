@@ -104,7 +104,7 @@ def load(station: StationClient, arguments: argparse.Namespace) -> int:
         act = f"set {'up to ' * (len(ids) > 1)}{most} of {listed(ids)}"
         if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
             return not_sent(arguments)
-    ended += [_set(station, one) for one in changed]
+    ended += [_set(station, one, beyond_range=arguments.beyond_range) for one in changed]
     return tell(sorted([*failed, *ended], key=lambda one: one.vehicle), arguments)
 
 
@@ -121,12 +121,12 @@ def _names(names: tuple[str, ...]) -> str:
     return ", ".join(names[:5]) + more
 
 
-def _set(station: StationClient, one: ParameterDifference) -> VehicleOutcome:
+def _set(station: StationClient, one: ParameterDifference, *, beyond_range: bool) -> VehicleOutcome:
     """Set a vehicle's parameters a few at a time; failures are reported, and the others go on."""
     bad: list[str] = []
     remark, done = "", 0
     for values in _portions(one.wanted):
-        ended = station.carry_out(SetParams((one.vehicle,), values))[0]
+        ended = station.carry_out(SetParams((one.vehicle,), values, beyond_range=beyond_range))[0]
         done += len(ended.result.params) if not ended.ok else len(values)
         remark = remark or (ended.text if ended.ok else "")
         if not ended.ok:

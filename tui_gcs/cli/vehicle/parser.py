@@ -107,7 +107,7 @@ def _add_params(actions: Commands) -> None:
     put = _leaf(acts, "set", "set one; done when the vehicle confirms the value", ids=True, destructive=True)
     put.add_argument("name", metavar="NAME")
     put.add_argument("value", metavar="VALUE")
-    put.add_argument("--beyond-range", action="store_true", help="also a value outside of the range in its description")
+    _beyond_range(put)
     listing = _leaf(acts, "list", "what is known, or all", ids=True)
     listing.add_argument("pattern", nargs="?", default="*", metavar="PATTERN", help="e.g. 'FS_*' or BATT")
     listing.add_argument("--fetch", action="store_true", help="ask the vehicle for all of them")
@@ -118,6 +118,13 @@ def _add_params(actions: Commands) -> None:
     ):
         leaf = _leaf(acts, name, words, ids=True, destructive=name != "diff")
         leaf.add_argument("file", metavar="FILE")
+        if name == "load":
+            _beyond_range(leaf)
+
+
+def _beyond_range(parser: argparse.ArgumentParser) -> None:
+    text = "also values outside of the ranges in its description"
+    parser.add_argument("--beyond-range", action="store_true", help=text)
 
 
 def _add_plan(actions: Commands) -> None:
@@ -187,6 +194,7 @@ def _add_setup(actions: Commands) -> None:
     tune.add_argument("name", nargs="?", metavar="NAME")
     tune.add_argument("value", nargs="?", metavar="VALUE")
     tune.add_argument("--undo", action="store_true", help="take back all changes, or the last one of NAME")
+    _beyond_range(tune)
     airframe = _leaf(actions, "airframe", "what it is built as; not while armed", ids=True, destructive=True)
     airframe.add_argument("act", nargs="?", choices=("list", "set"), metavar="list|set", help="the choices; choose")
     airframe.add_argument("words", nargs="*", metavar="X", help="number or name: class=quad type=X, or 4001")

@@ -46,7 +46,9 @@ def run_tune(station: StationClient, arguments: argparse.Namespace) -> int:
     read = station.carry_out(ReadGains(ids, group))
     if name:
         good = tuple(one.vehicle for one in read if one.ok)
-        request = SetGain(good, name, number_argument(arguments.value), sure=arguments.yes)
+        request = SetGain(
+            good, name, number_argument(arguments.value), sure=arguments.yes, beyond_range=arguments.beyond_range
+        )
         ended = carry_out_sure(station, request, f"set {name} = {arguments.value}") if good else []
         second = {one.vehicle: one for one in ended}
         return tell([second.get(one.vehicle, one) for one in read], arguments)

@@ -50,7 +50,7 @@ from tui_gcs.core.protocol.points import PointOfInterest as PointOfInterest
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario.model import Scenario
 
-PROTOCOL = 27
+PROTOCOL = 28
 """Version of everything that is declared in `core/protocol`; consoles and workers send it first (`Hello`)."""
 
 

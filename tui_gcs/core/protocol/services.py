@@ -220,6 +220,8 @@ class TaskResult(Message, frozen=True):
     params: tuple[ParamRow, ...] = ()
     missing: dict[str, str] = {}
     """Parameters that were asked for and not had, and why."""
+    out_of_range: tuple[str, ...] = ()
+    """Parameters that were not set, because the vehicle's own description excludes the value."""
     plan: tuple[PlanRow, ...] | None = None
     files: tuple[FileRow, ...] = ()
     logs: tuple[LogRow, ...] = ()

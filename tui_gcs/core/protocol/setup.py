@@ -226,6 +226,8 @@ class SetGain(VehicleRequest, frozen=True, tag="set-gain"):
     value: Number
     sure: bool = False
     """Though it is in the air, or the step is more than a factor of two."""
+    beyond_range: bool = False
+    """Set it also if the vehicle's own description of the parameter excludes the value."""
 
 
 class UndoGains(VehicleRequest, frozen=True, tag="undo-gains"):

@@ -77,7 +77,8 @@ class SetupRequests:
 
     def _calibrate_radio(self, vehicle: Vehicle, task: Task) -> str:
         def done(ended: RcCalibration) -> None:
-            changed = f"{len(ended.change.changed)} parameters written" if ended.change is not None else ""
+            change = ended.change
+            changed = _and(f"{len(change.changed)} parameters written", change.unchecked) if change is not None else ""
             reboot = REBOOT_FIRST if ended.needs_reboot else ""
             task.end(ended.error, text=changed + reboot, cancelled=ended.cancelled)
 
@@ -152,8 +153,15 @@ class SetupRequests:
         if may_be_flying(vehicle) and not request.sure:
             raise NotConfirmedError(IN_THE_AIR)
         why = self._services.tuning.set(
-            vehicle.id, request.name, request.value, partial(self._gain_set, task), force=request.sure
+            vehicle.id,
+            request.name,
+            request.value,
+            partial(self._gain_set, task),
+            force=request.sure,
+            beyond_range=request.beyond_range,
         )
+        if not task.over:
+            task.waits_for = partial(self._services.params.waits_for, vehicle.id)
         if why.endswith(FORCE):
             raise NotConfirmedError(why.removesuffix(FORCE))
         return why
@@ -162,7 +170,9 @@ class SetupRequests:
         held = self._services.params.table(setting.vehicle).params.get(setting.name)
         was = self._services.tuning.former(setting.vehicle).get(setting.name, ())
         text = f"{setting.name} = {shown(held.value)}" if held is not None else setting.name
-        task.end(setting.error, text=text + (f"; was {', '.join(map(shown, was))}" if was else ""))
+        text += f"; was {', '.join(map(shown, was))}" if was else ""
+        beyond = (setting.name,) if setting.out_of_range else ()
+        task.end(setting.error, text=_and(text, setting.unchecked), result=TaskResult(out_of_range=beyond))
 
     def _undo_gains(self, vehicle: Vehicle, request: s.UndoGains, task: Task) -> str:
         tuning = self._services.tuning
@@ -233,4 +243,13 @@ class SetupRequests:
 
 def _changed(task: Task, change: ParamChange, text: str) -> None:
     names = ", ".join(change.changed)
-    task.end(change.error, text=f"{names} {text}" if names else "nothing had to be changed")
+    task.end(change.error, text=_and(f"{names} {text}", change.unchecked) if names else "nothing had to be changed")
+
+
+def range_remark(unchecked: str) -> str:
+    """The remark about values whose ranges are not known for that reason; "" without one."""
+    return f"range not checked: {unchecked}" if unchecked else ""
+
+
+def _and(text: str, unchecked: str) -> str:
+    return "; ".join(filter(None, (text, range_remark(unchecked))))

@@ -23,7 +23,7 @@ from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
-from tui_gcs.core.requests.setup_requests import IN_THE_AIR
+from tui_gcs.core.requests.setup_requests import IN_THE_AIR, range_remark
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.files.ftp import FtpJob
@@ -114,41 +114,31 @@ class VehicleRequests:
             return f"name 1 to {s.MAX_VALUES} parameters"
         if may_be_flying(vehicle) and not request.in_flight:
             raise NotConfirmedError(IN_THE_AIR)
-        if request.beyond_range:
-            self._begin_settings(vehicle, request, task, "")
-            return ""
-
-        def begin(unknown: str) -> None:
-            if not task.begin_next_part():
-                return
-            if may_be_flying(vehicle) and not request.in_flight:  # it took off meanwhile
-                task.end(IN_THE_AIR)
-            else:
-                self._begin_settings(vehicle, request, task, unknown)
-
-        job = self._services.params.with_info(vehicle.id, begin)
-        return self._follow(task, job) if job is not None and not job.over else ""
-
-    def _begin_settings(self, vehicle: Vehicle, request: s.SetParams, task: Task, unknown: str) -> None:
-        """Set the values; `unknown` is why their ranges are not known, for the result's remark."""
-        remark = f"range not checked: {unknown}" if unknown else ""
-        ended: list[ParamSetting] = []
+        params, ended = self._services.params, list[ParamSetting]()
 
         def done(setting: ParamSetting) -> None:
             ended.append(setting)
             if len(ended) == len(request.values):
                 bad = [f"{clean(one.name, 20)}: {one.error}" for one in ended if one.error]
                 names = tuple(one.name for one in ended if not one.error)
-                rows = tuple(param_rows(self._services.params, vehicle.id, names))
-                task.end("; ".join(bad), text=remark, result=s.TaskResult(params=rows))
+                rows = tuple(param_rows(params, vehicle.id, names))
+                beyond = tuple(one.name for one in ended if one.out_of_range)
+                remark = range_remark(next((one.unchecked for one in ended if one.unchecked), ""))
+                task.end("; ".join(bad), text=remark, result=s.TaskResult(params=rows, out_of_range=beyond))
+
+        def forbidden(now: Vehicle) -> str:
+            # It may have taken off while the ranges were fetched.
+            return IN_THE_AIR if may_be_flying(now) and not request.in_flight else ""
 
         settings = [
-            self._services.params.set(vehicle.id, name, value, done, beyond_range=request.beyond_range)
+            params.set(vehicle.id, name, value, done, beyond_range=request.beyond_range, forbidden=forbidden)
             for name, value in request.values.items()
         ]
         if not task.over:
             task.progress = lambda: (len(ended), len(settings))
+            task.waits_for = partial(params.waits_for, vehicle.id)
             task.stop = partial(_end_all, settings)
+        return ""
 
     def _read_failsafes(self, vehicle: Vehicle, request: s.ReadFailsafes, task: Task) -> str:
         self._services.failsafes.ask(
@@ -199,6 +189,8 @@ class VehicleRequests:
     def _write_file(self, vehicle: Vehicle, request: s.WriteFile, task: Task) -> str:
         if vehicle.telemetry.armed:
             return ARMED
+        if request.path.lstrip("/").upper().startswith("@PARAM/"):
+            return "parameters are set by `params load`, which checks each of them"
         if len(request.data) > s.MAX_FILE_BYTES:
             return f"more than {s.MAX_FILE_BYTES >> 20} MB"
         # Virtual files ("@PARAM/...") are made while they are written: they have no checksum.

@@ -19,11 +19,12 @@ from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.fleet_parameters import FleetParameter
 from tui_gcs.feed.parameter_transfers import ChangeOutcome, ParameterChange, ParameterTransfers
 from tui_gcs.screens.common.screen_edits import ScreenEdits
+from tui_gcs.screens.common.text_dialog import LINE_CELLS
 from tui_gcs.screens.orders.vehicle_words import rows_of
 from tui_gcs.screens.parameters.change_dialog import ChangeDialog, values_for
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.strips import Run
+from tui_gcs.widgets.basics.strips import Run, wrapped
 
 MAX_FILE_BYTES = 1 << 20
 MAX_NAME_CELLS = 60
@@ -148,6 +149,15 @@ class ParameterEdits(ScreenEdits):
             return
         self._push(change, notes, lambda armed: self._transfers.change(change, in_flight=armed))
 
+    def _ask_beyond_range(self, change: ParameterChange, outcomes: Sequence[ChangeOutcome]) -> None:
+        """Ask whether the values that vehicles exclude by their descriptions are to be set all the same."""
+        refused = {one.vehicle: one.out_of_range for one in outcomes if one.out_of_range}
+        values = {v: {name: change.values[v][name] for name in names} for v, names in refused.items()}
+        beyond = ParameterChange(f"BEYOND THE RANGE: {change.what}", values)
+        reasons = dict.fromkeys(clean(one.error, 200) for one in outcomes if one.out_of_range)
+        notes = [line for reason in reasons for line in wrapped(reason, LINE_CELLS)]
+        self._push(beyond, notes, lambda armed: self._transfers.change(beyond, in_flight=armed, beyond_range=True))
+
     def _push(
         self,
         change: ParameterChange,
@@ -177,9 +187,12 @@ class ParameterEdits(ScreenEdits):
         ]
         good = [one.vehicle for one in outcomes if not one.error]
         done: list[Run] = [(f"{change.what}: set and confirmed on {_vehicles(good)}; u takes it back", Ink.NORMAL)]
-        self.report = (*lines, *(done if good else []))
+        remarks: list[Run] = [(text, Ink.MUTED) for text in dict.fromkeys(one.remark for one in outcomes) if text]
+        self.report = (*lines, *(done if good else []), *remarks)
         self._feed.note(f"{change.what}: {len(good)} of {len(outcomes)} vehicles set", 4 if failed else 6)
         self._show()
+        if any(one.out_of_range for one in failed):
+            self._ask_beyond_range(change, failed)
 
     def _armed(self, vehicles: Collection[int]) -> tuple[int, ...]:
         rows: Mapping[int, Any] = rows_of(self._feed)

@@ -1,21 +1,19 @@
 """Parts of file transfers: byte ranges, round trips, packets, names on our disk, metadata of PX4."""
 
 import json
-import lzma
 from pathlib import Path
-from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.core.rigs.ftp_peer import OPEN, FtpServer
+from tests.core.rigs.ftp_peer import OPEN, FtpServer, describing_px4
 from tests.core.rigs.param_peer import INT32, ParamServer
 from tests.core.rigs.service_asking import ask, task
-from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
+from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.base.safe_files import SafeFolder
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.services.files.byte_ranges import ByteRanges
-from tui_gcs.core.services.files.ftp_codec import PAYLOAD_BYTES, Op, crc32, pack, unpack
+from tui_gcs.core.services.files.ftp_codec import PAYLOAD_BYTES, Op, pack, unpack
 from tui_gcs.core.services.files.ftp_edit import entry_of
 from tui_gcs.core.services.vehicle import component_metadata as metadata
 from tui_gcs.core.uplink.jobs import JobState
@@ -82,25 +80,7 @@ def test_a_file_gets_its_name_when_it_is_whole_and_overwrites_none(tmp_path: Pat
 
 def describing(tmp_path: Path, text: bytes) -> tuple[ServiceRig, FtpServer]:
     """A PX4 with parameters.json.xz."""
-    packed = lzma.compress(text)
-    uri = "mftp://etc/extras/parameters.json.xz"
-    general = {
-        "version": 1,
-        "metadataTypes": [{"type": 1, "uri": uri, "fileCrc": crc32(packed), "uriFallback": "http://x"}],
-    }
-    peer = Peer(1, autopilot=PX4)
-    files = {"etc/extras/component_general.json.xz": lzma.compress(json.dumps(general).encode())}
-    server = FtpServer(peer, files | {"etc/extras/parameters.json.xz": packed})
-
-    def command(peer: Peer, fields: dict[str, Any]) -> None:
-        if fields["command"] == 512 and fields["param1"] == 397:
-            peer.say(
-                "COMPONENT_METADATA", time_boot_ms=1, file_crc=5, uri="mftp://etc/extras/component_general.json.xz"
-            )
-        if fields["command"] in (511, 512):
-            peer.ack(fields["command"])
-
-    peer.answers["COMMAND_LONG"] = command
+    peer, server = describing_px4(text)
     return ServiceRig(tmp_path, peer).heard(), server
 
 

@@ -169,7 +169,7 @@ def test_px4s_airframe_resets_all_parameters_and_warns_of_it(tmp_path: Path) -> 
     rig, server = make(tmp_path, PX4)
     change = airframes(rig).choose(1, {"SYS_AUTOSTART": 123456})
     assert isinstance(change, ParamChange)
-    rig.until(lambda: change.over, 5.0)
+    rig.until(lambda: change.over, 15.0)
     assert server.params["SYS_AUTOSTART"][1] == 123456 and server.params["SYS_AUTOCONFIG"][1] == 1
     assert [f["param_id"] for f in rig.peers[1].got("PARAM_SET")] == ["SYS_AUTOSTART", "SYS_AUTOCONFIG"]
     assert any("all parameters but calibrations" in text for text in rig.texts("vehicle 1"))
@@ -180,7 +180,7 @@ def test_px4_is_not_reset_when_the_airframe_was_not_taken(tmp_path: Path) -> Non
     rig.peers[1].answers["PARAM_SET"] = lambda peer, fields: server.error(str(fields["param_id"]), 5)
     change = airframes(rig).choose(1, {"SYS_AUTOSTART": 6001})
     assert isinstance(change, ParamChange)
-    rig.until(lambda: change.over, 5.0)
+    rig.until(lambda: change.over, 15.0)
     assert "it cannot be written" in change.error and server.params["SYS_AUTOCONFIG"][1] == 0
     assert len(rig.peers[1].got("PARAM_SET")) == 1
 

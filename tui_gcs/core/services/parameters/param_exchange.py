@@ -107,6 +107,12 @@ class ParamSetting:
     """The value that the vehicle reported last."""
     check: Callable[[Parameter, Number], str] = lambda param, value: ""
     """Returns why the value must not be sent, or ""; called when the type is known."""
+    unchecked: str = ""
+    """Why the range of the value is not known; "" if the value was checked, or need not be."""
+    out_of_range: bool = False
+    """It was not set, because the vehicle's own description excludes the value."""
+    waits: bool = False
+    """The vehicle's description of its parameters is being fetched: nothing is sent before."""
     sent: bool = False
     _tries: int = 0
     _due_s: float = 0.0
@@ -115,7 +121,7 @@ class ParamSetting:
 
     def tick(self, channel: ParamChannel, now: float, *, slow: bool) -> None:
         """Read, set, or repeat, if it is due."""
-        if self.over or now < self._due_s:
+        if self.over or self.waits or now < self._due_s:
             return
         reading = self.known is None or self._checking
         if self._tries >= (READ_TRIES if reading else SET_TRIES):
@@ -133,7 +139,7 @@ class ParamSetting:
 
     def on_value(self, param: Parameter, channel: ParamChannel, now: float, *, slow: bool) -> None:
         """Take a PARAM_VALUE of that name."""
-        if self.over:
+        if self.over or self.waits:
             return
         if self.known is None:
             self.known, self._tries, self._due_s = param, 0, now

@@ -4,7 +4,8 @@
     params.set(1, "FS_GCS_ENABLE", 1, on_done=lambda setting: ...)     # setting.error == "" once it is confirmed
     params.fetch_all(1)                                                # a job; then params.table(1)
 
-A reading or setting calls `on_done` once, when it is over.
+A reading or setting calls `on_done` once, when it is over. Every change of a parameter by this station is a `set`. It
+checks the value against the range that the vehicle reports; where there is none, `setting.unchecked` is the reason.
 """
 
 from collections import Counter
@@ -58,6 +59,9 @@ class ParamService:
         self._infos: dict[int, dict[str, ParamMetadata]] = {}
         self._no_infos: dict[int, str] = {}
         """Why a vehicle's ranges could not be fetched, by vehicle."""
+        self._info_jobs: dict[int, MetadataJob] = {}
+        self._info_waits: dict[int, list[Callable[[str], None]]] = {}
+        """What is to be called once the ranges of a vehicle are known, by vehicle."""
         self._readings: list[ParamReading] = []
         self._settings: dict[tuple[int, str], ParamSetting] = {}
         self.ignored: Counter[str] = Counter()
@@ -81,7 +85,8 @@ class ParamService:
     def with_info(self, vehicle: int, then: Callable[[str], None]) -> MetadataJob | None:
         """Call `then` once the ranges of the parameters are known, or with the reason why they are not.
 
-        The first time they are fetched from the vehicle by the job that is returned. No ArduPilot serves any.
+        The first time they are fetched from the vehicle by the job that is returned; who asks meanwhile waits for the
+        same job. No ArduPilot serves any.
         """
         known = self.context.fleet.vehicles.get(vehicle)
         why = self._no_infos.get(vehicle, "")
@@ -90,7 +95,33 @@ class ParamService:
         if vehicle in self._infos or why:
             then("" if vehicle in self._infos else why)
             return None
-        return self.fetch_info(vehicle, lambda job: then(self._no_infos.get(vehicle, job.error)))
+        waits = self._info_waits.setdefault(vehicle, [])
+        waits.append(then)
+        if len(waits) > 1:
+            return self._info_jobs.get(vehicle)
+        job = self.fetch_info(vehicle, self._end_waiting)
+        if not job.over:
+            self._info_jobs[vehicle] = job
+        return job
+
+    def waits_for(self, vehicle: int) -> str:
+        """What the settings of a vehicle wait for; "" if nothing."""
+        job = self._info_jobs.get(vehicle)
+        if job is None:
+            return ""
+        far = f", {100 * job.done // job.total} %" if job.total else ""
+        return f"the ranges of its parameters are read first ({job.state.value}{far})"
+
+    def _end_waiting(self, job: Job) -> None:
+        """Go on with what waits for the ranges of a vehicle; a cancelled fetch cancels the settings that need it."""
+        self._info_jobs.pop(job.vehicle, None)
+        if job.state is JobState.CANCELLED:
+            for setting in self._settings.values():
+                if setting.vehicle == job.vehicle and setting.waits and not setting.over:
+                    setting.end("cancelled")
+            self._report_ended()
+        for then in self._info_waits.pop(job.vehicle, []):
+            then(self._no_infos.get(job.vehicle, job.error))
 
     def fetch_info(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> MetadataJob:
         """Submit a job that fetches meaning and range of the parameters from the vehicle; PX4 serves them."""
@@ -133,15 +164,23 @@ class ParamService:
         on_done: Callable[[ParamSetting], None] | None = None,
         *,
         beyond_range: bool = False,
+        forbidden: Callable[[Vehicle], str] = lambda vehicle: "",
     ) -> ParamSetting:
-        """Set a parameter and have it confirmed.
+        """Set a parameter and have it confirmed; before the first one the ranges are fetched from the vehicle.
 
-        A setting of the same parameter that is under way is superseded. `beyond_range` allows a value outside of the
-        range in its description.
+        A setting of the same parameter that is under way is superseded.
+
+        Args:
+            vehicle: The vehicle's number.
+            name: The name of the parameter.
+            value: The new value.
+            on_done: Called once, when the setting is over.
+            beyond_range: The operator has said that the value may be outside of the range in the vehicle's description,
+                or the vehicle held it before. The ranges are not fetched.
+            forbidden: Returns why the vehicle must not be changed now, or ""; asked just before the value is sent.
         """
         setting = ParamSetting(vehicle, name, value, on_done)
-        setting.check = lambda param, number: self._check_value(vehicle, param, number, beyond_range=beyond_range)
-        setting.known = self.channel.table(vehicle).params.get(name)
+        setting.check = lambda param, _: self._check_value(setting, param, forbidden, beyond_range=beyond_range)
         # Two settings of one parameter under way could confirm each other's value.
         before = self._settings.pop((vehicle, name), None)
         if before is not None:
@@ -153,13 +192,25 @@ class ParamService:
             why = "it is the checksum of all others"
         if not why and len(self._settings) >= MAX_OPEN:
             why = "too many are being set"
-        if not why and setting.known is not None:
-            why = setting.check(setting.known, value)
         if why:
             setting.end(why)
         self._settings[(vehicle, name)] = setting
-        self.tick()
+        if not setting.over and not beyond_range:
+            setting.waits = True
+            self.with_info(vehicle, lambda unchecked: self._begin(setting, unchecked))
+        else:
+            self._begin(setting)
         return setting
+
+    def _begin(self, setting: ParamSetting, unchecked: str = "") -> None:
+        """Check and send the value if its type is known, else read it; `unchecked` is why no range is known."""
+        setting.waits, setting.unchecked = False, unchecked
+        setting.known = self.channel.table(setting.vehicle).params.get(setting.name)
+        if not setting.over and setting.known is not None:
+            why = setting.check(setting.known, setting.value)
+            if why:
+                setting.end(why)
+        self.tick()
 
     def tick(self) -> None:
         """Repeat what is due, and report what is over."""
@@ -249,13 +300,17 @@ class ParamService:
         if setting.on_done is not None:
             setting.on_done(setting)
 
-    def _check_value(self, vehicle: int, param: Parameter, value: Number, *, beyond_range: bool) -> str:
-        known = self.context.fleet.vehicles.get(vehicle)
+    def _check_value(
+        self, setting: ParamSetting, param: Parameter, forbidden: Callable[[Vehicle], str], *, beyond_range: bool
+    ) -> str:
+        known = self.context.fleet.vehicles.get(setting.vehicle)
         if known is None:
             return "unknown vehicle"
         try:
-            wire_value(param.type, value, self.channel.encoding(known))
+            wire_value(param.type, setting.value, self.channel.encoding(known))
         except ParamValueError as error:
             return str(error)
-        info = self.info(vehicle).get(param.name)
-        return info.why_not(value) if info is not None and not beyond_range else ""
+        info = self.info(setting.vehicle).get(param.name)
+        why = info.why_not(setting.value) if info is not None and not beyond_range else ""
+        setting.out_of_range = bool(why)
+        return why or forbidden(known)

@@ -6,7 +6,7 @@ from tui_gcs.core.firmware.airframes import AirframeParameters, airframe
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.services.parameters.param_change import ParamChange
+from tui_gcs.core.services.parameters.param_change import ParamChange, if_armed
 from tui_gcs.core.services.parameters.param_exchange import ParamReading
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.parameters.param_values import Number
@@ -44,8 +44,8 @@ class AirframeService:
         bad = [name for name, value in values.items() if not fields[name].least <= value <= fields[name].most]
         if bad:
             return f"{bad[0]} is {fields[bad[0]].least} to {fields[bad[0]].most}"
-        if vehicle.telemetry.armed:
-            return "it is armed"
+        if why := if_armed(vehicle):
+            return why
         wanted: dict[str, Number] = {name: values[name] for name in fields if name in values}
         wanted.update(parameters.then)
 
@@ -58,4 +58,4 @@ class AirframeService:
             if on_done is not None:
                 on_done(change)
 
-        return ParamChange(vehicle_id, wanted, on_done=done).run(self._params)
+        return ParamChange(vehicle_id, wanted, on_done=done, forbidden=if_armed).run(self._params)

@@ -16,7 +16,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.services.parameters.param_change import ParamChange
+from tui_gcs.core.services.parameters.param_change import ParamChange, if_armed
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.parameters.param_values import Number
 
@@ -279,7 +279,7 @@ class RcCalibrationService:
         if session.step is RcStep.WRITING and session.change is None:
             optional = frozenset((session.parameters.count_param,))
             done = partial(self._written, session)
-            session.change = ParamChange(vehicle_id, session.wanted(), optional, done)
+            session.change = ParamChange(vehicle_id, session.wanted(), optional, done, forbidden=if_armed)
             session.change.run(self._params)
         return why
 

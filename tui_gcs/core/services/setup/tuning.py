@@ -60,11 +60,19 @@ class TuningService:
         return {name: tuple(values) for name, values in self._before.get(vehicle_id, {}).items() if values}
 
     def set(
-        self, vehicle_id: int, name: str, value: Number, on_done: SetDone | None = None, *, force: bool = False
+        self,
+        vehicle_id: int,
+        name: str,
+        value: Number,
+        on_done: SetDone | None = None,
+        *,
+        force: bool = False,
+        beyond_range: bool = False,
     ) -> str:
-        """Set one gain; returns "" or why that is not even tried. `force` allows a greater step.
+        """Set one gain; returns "" or why that is not even tried.
 
-        Its present value must have been read: the step is measured by it, and `undo` goes back to it.
+        `force` allows a greater step, `beyond_range` a value outside of the range in the vehicle's description. Its
+        present value must have been read: the step is measured by it, and `undo` goes back to it.
         """
         known = self._params.table(vehicle_id).params.get(name)
         if not any(name in group.names for group in self.groups(vehicle_id)):
@@ -84,7 +92,7 @@ class TuningService:
             if on_done is not None:
                 on_done(setting)
 
-        self._params.set(vehicle_id, name, value, took)
+        self._params.set(vehicle_id, name, value, took, beyond_range=beyond_range)
         return ""
 
     def undo(self, vehicle_id: int, name: str, on_done: SetDone | None = None) -> str:
@@ -99,6 +107,7 @@ class TuningService:
             if on_done is not None:
                 on_done(setting)
 
+        # It flew with that value: no range is fetched before an oscillating vehicle gets it back.
         self._params.set(vehicle_id, name, kept[-1], took, beyond_range=True)
         return ""
 
@@ -116,7 +125,7 @@ class TuningService:
             if on_done is not None:
                 on_done(change)
 
-        return ParamChange(vehicle_id, first, on_done=took).run(self._params)
+        return ParamChange(vehicle_id, first, on_done=took, restores=True).run(self._params)
 
     def _on_value(self, vehicle: Vehicle, fields: Fields) -> None:
         """Stop waiting for the other names of a gain that has arrived."""
