@@ -18,6 +18,7 @@ from textual.screen import Screen
 from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.keymap import with_keys
+from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.console.alarm_acknowledgement import AlarmAcknowledgement, AlarmBell
 from tui_gcs.console.commands import CommandController
 from tui_gcs.console.idle_garbage import LOOK_S, IdleGarbage
@@ -29,10 +30,12 @@ from tui_gcs.console.selection_entry import SelectionEntry
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import RunKind
+from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct
 from tui_gcs.feed.feed import PERIOD_S, Feed
 from tui_gcs.feed.messages import DisplayLagged, FleetUpdated, StatusUpdated
 from tui_gcs.feed.notices import NOTICE_S, Notice, NoticeBoard, Severity
 from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
+from tui_gcs.screens.common.time_dialog import TimeDialog
 from tui_gcs.screens.common.tiny_screen import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.logs.alarms_screen import AlarmScreen
@@ -287,7 +290,7 @@ class ConsoleApp(TerminalApp):
 
     def action_show_help(self) -> None:
         """Show all keys of this screen, and which work now."""
-        everywhere = with_keys(APP_ACTIONS, APP, self.keymap)
+        everywhere = (*self._replay_actions(), *with_keys(APP_ACTIONS, APP, self.keymap))
         self.push_screen(HelpDialog((*self._own_actions(), *everywhere), self.feed.action_context(), self.glyphs))
 
     def action_palette(self) -> None:
@@ -298,10 +301,15 @@ class ConsoleApp(TerminalApp):
         actions: tuple[ConsoleAction, ...] = getattr(self.screen, "ACTIONS", ())
         return with_keys(actions, self.current_mode, self.keymap)
 
+    def _replay_actions(self) -> tuple[ConsoleAction, ...]:
+        """What controls the player of a recording; nothing at a station that flies."""
+        return with_keys(REPLAY_ACTIONS, REPLAY_SCOPE, self.keymap) if self.options.replay else ()
+
     def _entries(self) -> list[Entry]:
         context = self.feed.action_context()
         return [
             *order_entries(context),
+            *entries_of(self._replay_actions(), APP, context),
             *entries_of(with_keys(APP_ACTIONS, APP, self.keymap), APP, context),
             *entries_of(self._own_actions(), self.current_mode, context),
         ]
@@ -354,3 +362,30 @@ class ConsoleApp(TerminalApp):
         for screen in self.screen_stack[-1:]:  # empty while the console ends
             if isinstance(screen, TinyScreen):
                 screen.tiny_lines.set_prompt(text)
+
+
+class ReplayApp(ConsoleApp):
+    """Shows what the player of a recording plays; nothing can be commanded."""
+
+    BINDINGS: ClassVar[list[BindingType]] = bindings(REPLAY_ACTIONS, REPLAY_SCOPE)
+
+    def action_replay(self, act: str, seconds: float) -> None:
+        """Ask the player for one act of `ReplayAct`, by its name."""
+        self._control(ControlReplay(ReplayAct[act], float(seconds)))
+
+    def action_go_to_time(self) -> None:
+        """Ask to which time to go."""
+        if self.feed.status is not None:
+            self.push_screen(TimeDialog(self.glyphs, self.feed.status), self._go_to)
+
+    def _go_to(self, at_s: float | None) -> None:
+        if at_s is not None:
+            self._control(ControlReplay(ReplayAct.GO_TO, at_s))
+
+    def _control(self, request: ControlReplay) -> None:
+        self.run_worker(self._send(request), group="replay", exit_on_error=False)
+
+    async def _send(self, request: ControlReplay) -> None:
+        reply = await self.feed.requests.send(request)
+        if not reply.ok:
+            self.notice(reply.text, Severity.CAUTION, about="replay")

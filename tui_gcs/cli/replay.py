@@ -48,7 +48,7 @@ def _summary(arguments: argparse.Namespace) -> int:
 
 
 def _show(file: str, speed: float, options: ConsolePreferences) -> int:
-    from tui_gcs.app import ConsoleApp
+    from tui_gcs.app import ReplayApp
     from tui_gcs.console.parts import ConsoleOptions
     from tui_gcs.core.base.clock import MonotonicClock
     from tui_gcs.core.protocol.bus import MemoryBus
@@ -60,7 +60,7 @@ def _show(file: str, speed: float, options: ConsolePreferences) -> int:
         player = Player(file, speed, bus, clock)
     except TlogError as error:
         raise CommandError(str(error)) from None
-    app = ConsoleApp(
+    app = ReplayApp(
         bus,
         kind=RunKind.REPLAY,
         options=ConsoleOptions(replay=True, overlays=options.overlays, keymap=options.keymap, theme=options.theme),

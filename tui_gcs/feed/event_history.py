@@ -30,11 +30,20 @@ class EventHistory:
         self._waiting: list[JournalEvent] = []
         self._last = NO_EVENT
         self._is_filling = True
+        self._beginnings = 0
+        """How often everything was forgotten; an answer to a question from before then is dropped."""
 
     def begin_again(self, *, restarted: bool) -> None:
         """Hold events back until `fill`; a station that was `restarted` numbers them from 0 again."""
         self._is_filling = True
         self._last = NO_EVENT if restarted else self._last
+
+    def forget(self) -> None:
+        """Drop everything: a replay went back, and what came after that moment has not happened yet."""
+        self._beginnings += 1
+        self.kept.clear()
+        self._waiting = []
+        self.begin_again(restarted=True)
 
     def take(self, events: Sequence[JournalEvent]) -> None:
         """Pass events on in order; where one is missing, all wait until the station was asked for it."""
@@ -52,7 +61,10 @@ class EventHistory:
 
     async def fill(self) -> None:
         """Ask for missed events, then go on with what waited; what the station no longer has is skipped."""
+        beginnings = self._beginnings
         reply = await self._requests.send(GetEvents(after=self._last))
+        if beginnings != self._beginnings:
+            return
         merged = {event.seq: event for event in (*reply.events, *self._waiting) if event.seq > self._last}
         self._waiting = []
         self._is_filling = False

@@ -242,6 +242,12 @@ class Feed:
         if status.ending:
             self._listeners.post(posted.StationLost())
             return
+        if _went_back(before, status):
+            # Events that wait in the mailbox are from before, or are in the answer to `fill`.
+            self._mailbox.take_events()
+            self.events.forget()
+            self._listeners.post(posted.EventsForgotten())
+            self._spawn(self.events.fill())
         if was_lost or restarted:
             self._listeners.forget()
             self._listeners.post(posted.StationBack())
@@ -304,6 +310,12 @@ class Feed:
         task = asyncio.get_running_loop().create_task(job)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+
+def _went_back(before: wire.StationStatus | None, status: wire.StationStatus) -> bool:
+    """Whether the player of a recording went back in time since the last status."""
+    old, new = before.replay if before is not None else None, status.replay
+    return old is not None and new is not None and old.rewinds != new.rewinds
 
 
 def _files_changed(before: wire.StationStatus | None, status: wire.StationStatus) -> bool:

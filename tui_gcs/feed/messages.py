@@ -39,6 +39,10 @@ class EventRaised(Message, bubble=False):
         self.events = events
 
 
+class EventsForgotten(Message, bubble=False):
+    """A replay went back in time: all events so far are no longer true; those that are follow."""
+
+
 class ScenarioUpdated(Message, bubble=False):
     """The station flies another scenario, or another version of it."""
 

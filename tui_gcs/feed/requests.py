@@ -11,6 +11,7 @@ from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.inspection import GetMessages
 from tui_gcs.core.protocol.link_report import GetLinks
 from tui_gcs.core.protocol.people import GetPeople
+from tui_gcs.core.protocol.replay import ControlReplay
 from tui_gcs.core.protocol.services import (
     GetModes,
     GetOnBoard,
@@ -28,6 +29,7 @@ from tui_gcs.feed.stop_requests import StopRequests
 NO_ANSWER = "the station does not answer"
 
 READING = (
+    ControlReplay,
     wire.Hello,
     wire.GetScenario,
     wire.GetEvents,

@@ -8,6 +8,7 @@ import numpy as np
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.fleet import NotOnScreen, VehicleRow, VisibleAge, VisibleStep, column_name
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
+from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.core.protocol.services import VehicleInfo
 
 Key = tuple[object, ...]
@@ -92,4 +93,12 @@ def visible_status(status: StationStatus) -> Key:
         *(steps(status.min_separation_m, 0.1), outside_tenths(status.outside_area_m), tuple(status.vetoes.items())),
         *(status.recording, status.ending, status.alarms, status.preflight, tuple(status.homes.items())),
         *(tuple(status.if_silent.items()), tuple(status.planner_files.items()), status.points),
+        _visible_replay(status.replay),
     )
+
+
+def _visible_replay(replay: ReplayStatus | None) -> Key:
+    if replay is None:
+        return ()
+    length_s = steps(replay.length_s, 1.0)
+    return int(replay.at_s), length_s, replay.speed, replay.paused, replay.searching, replay.rewinds, replay.said

@@ -12,7 +12,8 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.tlog_reader import TlogError
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.station.replay_player import LONGEST_GAP_S, Player
+from tui_gcs.core.station.replay_player import Player
+from tui_gcs.core.station.replayed_flight import LONGEST_GAP_S
 
 DATA = Path(__file__).parents[2] / "data"
 START_S = 1.7e9

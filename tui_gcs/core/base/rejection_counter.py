@@ -10,6 +10,13 @@ class RejectionCounter(Counter[str]):
         super().__init__()
         self._vehicles: dict[str, set[int]] = {}
 
+    def __deepcopy__(self, _memo: dict[int, object]) -> "RejectionCounter":
+        """Return an independent copy. `Counter` copies itself by giving its counts to the constructor."""
+        twin = RejectionCounter()
+        twin.update(self)
+        twin._vehicles = {cause: set(vehicles) for cause, vehicles in self._vehicles.items()}
+        return twin
+
     def count(self, cause: str, vehicle: int | None) -> None:
         """Count one more; `vehicle` is None where it belongs to no known vehicle."""
         self[cause] += 1

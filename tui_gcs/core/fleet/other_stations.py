@@ -7,6 +7,7 @@ count, too, and the acknowledgements that a vehicle sends to another station tha
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -51,9 +52,11 @@ class OtherStations:
 
     def on_ack(self, now: Callable[[], float]) -> Callable[[Vehicle, dict[str, Any]], None]:
         """A listener for COMMAND_ACK: one that is addressed to another station answers a command of that one."""
-        return lambda vehicle, fields: self.hear_command(
-            vehicle.network, fields["target_system"], vehicle.system, now()
-        )
+        # No lambda: a replay keeps copies of the fleet, and a copy of a lambda would still report to the original.
+        return partial(self._hear_ack, now)
+
+    def _hear_ack(self, now: Callable[[], float], vehicle: Vehicle, fields: dict[str, Any]) -> None:
+        self.hear_command(vehicle.network, fields["target_system"], vehicle.system, now())
 
     def words(self, vehicle: Vehicle, now: float) -> str:
         """Which stations may have commanded the vehicle, e.g. "commanded by system 252"; "" if none was heard."""

@@ -48,6 +48,7 @@ from tui_gcs.core.protocol.points import AddPoints as AddPoints
 from tui_gcs.core.protocol.points import CancelPoints as CancelPoints
 from tui_gcs.core.protocol.points import PointOfInterest as PointOfInterest
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
+from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.core.scenario.model import Scenario
 
 PROTOCOL = 28
@@ -145,6 +146,8 @@ class StationStatus(Message, frozen=True):
 
     points: tuple[PointOfInterest, ...] = ()
     """Tasks from outside, also those that are closed, in the order in which they came."""
+    replay: ReplayStatus | None = None
+    """Where the player stands; None unless a recording is played."""
 
     @property
     def alarm(self) -> str:

@@ -74,6 +74,11 @@ class EventLog:
         for listener in self._listeners:
             listener(event)
 
+    @property
+    def newest_seq(self) -> int:
+        """The number of the newest event; 0 if there is none."""
+        return self._seq
+
     def since(self, seq: int, most: int = 500) -> tuple[JournalEvent, ...]:
         """Return the events after `seq`, the newest `most` of them."""
         return tuple(event for event in self._events if event.seq > seq)[-most:]

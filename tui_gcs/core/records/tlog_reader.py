@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
+from typing import NamedTuple
 
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.mavlink import dialect
@@ -31,6 +32,24 @@ class TlogError(Exception):
     """The file cannot be read as a telemetry log: one line with file and reason."""
 
 
+class TlogPosition(NamedTuple):
+    """A place behind a good record, from which a reader goes on as if it had read all that is before it."""
+
+    offset: int = 0
+    """Bytes from the beginning of the file."""
+    time_us: int = 0
+    """The time of the record before it, microseconds since 1970."""
+    frames: int = 0
+    skipped_bytes: int = 0
+
+
+BEGINNING = TlogPosition()
+
+
+_Record = tuple[int, Frame, int, int]
+"""Time in microseconds, frame, where the next record begins, and how many bytes were skipped up to there."""
+
+
 class TlogReader:
     """Iterates over (Unix seconds, frame). After the end the counters show what was skipped.
 
@@ -38,12 +57,14 @@ class TlogReader:
         TlogError: the file cannot be read, is empty, or holds not one good frame.
     """
 
-    def __init__(self, path: Path | str) -> None:
-        """Read `path`, which is opened at the first `next`."""
+    def __init__(self, path: Path | str, start: TlogPosition = BEGINNING) -> None:
+        """Read `path`, which is opened at the first `next`, from a position of an earlier reader of the same file."""
         self.path = Path(path)
-        self.frames = 0
-        self.skipped_bytes = 0
+        self.frames = start.frames
+        self.skipped_bytes = start.skipped_bytes
         """Bytes that belong to no good record."""
+        self._behind = start.time_us, start.offset, start.skipped_bytes
+        """Time of the record that was returned last, where it ends, and the bytes skipped before."""
         self.truncated = False
         """Whether the file ends inside a record."""
         self._iterator = self._iterate()
@@ -56,9 +77,18 @@ class TlogReader:
         """Return the next (Unix seconds, frame)."""
         return next(self._iterator)
 
+    @property
+    def position(self) -> TlogPosition:
+        """Where the record begins that `next` returns next."""
+        time_us, offset, skipped_bytes = self._behind
+        return TlogPosition(offset, time_us, self.frames, skipped_bytes)
+
     def _iterate(self) -> Iterator[tuple[float, Frame]]:
         try:
-            for time_us, frame in _trusted_times(self._records()):
+            start = self.position
+            before = [start.time_us] if start.frames else []
+            for time_us, frame, end, skipped in _trusted_times(self._records(start.offset), before):
+                self._behind = time_us, end, skipped
                 yield time_us / 1e6, frame
         except OSError as error:
             raise TlogError(f"{self.path}: cannot be read: {error.strerror or error}") from None
@@ -69,22 +99,24 @@ class TlogReader:
                 else f"{self.path}: empty, no telemetry in it"
             )
 
-    def _records(self) -> Iterator[tuple[int, Frame]]:
+    def _records(self, offset: int) -> Iterator[_Record]:
         """Yield good records with the times that stand in the file."""
         with open_plain(self.path) as file:
+            file.seek(offset)
             data, at, ended, in_sync = b"", 0, False, True
             while True:
                 if not ended and len(data) - at < _MARGIN_BYTES:
                     more = file.read(_CHUNK_BYTES)
-                    data, at, ended = data[at:] + more, 0, not more
+                    data, at, ended, offset = data[at:] + more, 0, not more, offset + at
                     continue
                 if at >= len(data):
                     break
                 frame = _frame_at(data, at + _TIME_BYTES, in_sync=in_sync)
                 if frame is not None:
                     self.frames += 1
-                    yield _TIME.unpack_from(data, at)[0], frame
+                    time_us = _TIME.unpack_from(data, at)[0]
                     at += _TIME_BYTES + len(frame.raw)
+                    yield time_us, frame, offset + at, self.skipped_bytes
                 else:
                     skipped = _to_next_candidate(data, at)
                     self.skipped_bytes += skipped
@@ -96,9 +128,9 @@ class TlogReader:
             self.truncated = not in_sync
 
 
-def read_tlog(path: Path | str) -> TlogReader:
+def read_tlog(path: Path | str, start: TlogPosition = BEGINNING) -> TlogReader:
     """Return an iterator over the frames of a telemetry log with their times; see `TlogReader`."""
-    return TlogReader(path)
+    return TlogReader(path, start)
 
 
 def _frame_at(data: bytes, start: int, *, in_sync: bool) -> Frame | None:
@@ -125,18 +157,18 @@ def _to_next_candidate(data: bytes, at: int) -> int:
     return max(1, len(data) - _TIME_BYTES - at)
 
 
-def _trusted_times(records: Iterator[tuple[int, Frame]]) -> Iterator[tuple[int, Frame]]:
+def _trusted_times(records: Iterator[_Record], before: list[int]) -> Iterator[_Record]:
     """Replace each time that fits neither the one before nor the two behind.
 
-    A clock that was set while recording is no damage: its new time fits the records behind.
+    A clock that was set while recording is no damage: its new time fits the records behind. `before` holds the time
+    of the record before the first one, if there is one.
     """
-    before: list[int] = []
     waiting = deque(islice(records, _LOOK_AHEAD + 1))
     while waiting:
-        time_us, frame = waiting.popleft()
-        neighbours = before + [behind_us for behind_us, _ in waiting]
+        time_us, frame, end, skipped = waiting.popleft()
+        neighbours = before + [behind[0] for behind in waiting]
         if neighbours and all(abs(time_us - other_us) > JUMP_US for other_us in neighbours):
             time_us = neighbours[0]
-        yield time_us, frame
+        yield time_us, frame, end, skipped
         before = [time_us]
         waiting.extend(islice(records, 1))

@@ -1,31 +1,31 @@
 """Replay: a recorded flight on the same screens. Nothing is sent anywhere, and nothing can be commanded.
 
 The recorded frames go through the same fleet as live ones, on a clock of their own that shows the time of the
-recording, so freshness, losses and jumps are judged as they were in flight whatever the speed.
+recording, so freshness, losses and jumps are judged as they were in flight whatever the speed. Copies of the flight
+that are kept on the way make going back cheap.
 """
 
+import bisect
 import math
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 import msgspec
 
-from tui_gcs.core.alarms.alarm_table import AlarmTable
-from tui_gcs.core.alarms.vehicle_findings import VehicleAlarmMonitor
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.fleet.fleet import VehicleRegistry
-from tui_gcs.core.flight.flights import FlightTable
-from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
-from tui_gcs.core.mavlink.frames import Frame, decode
+from tui_gcs.core.geometry.local_frame import Origin
+from tui_gcs.core.mavlink.frames import decode
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import (
     EventClass,
     Freshness,
+    JournalEvent,
     Reply,
     ReplyCode,
     RunKind,
@@ -33,51 +33,39 @@ from tui_gcs.core.protocol.common import (
     ScenarioChanged,
     StationStatus,
 )
-from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
-from tui_gcs.core.records.tlog_reader import read_tlog
+from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct, ReplayStatus
+from tui_gcs.core.records.event_log import CRITICAL, INFO, MAX_EVENTS, WARNING
+from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 from tui_gcs.core.scenario.model import Limits, LinkLoss, ResultLimits, Scenario
 from tui_gcs.core.station.fleet_frame import fleet_frame
+from tui_gcs.core.station.replayed_flight import STEP_S, ReplayedFlight, played_gap_s
 
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
-ALARM_GAP_S = 0.2
-LONGEST_GAP_S = 10.0
-"""Longer gaps (logs joined together, a clock that was set) are played as this one: long enough to show LOST."""
 MAX_RECORDS_PER_TICK = 20_000
 """A speed that needs more records per tick than this is played as fast as possible."""
-_HEARTBEAT, _GLOBAL_POSITION_INT = 0, 33
-_NOBODY = 0  # no system sends as 0: none of the recorded ids is ours
+MEASURED_PER_TICK = 1_000
+"""Records whose times are read ahead per tick, until the length of the recording is known: 5 ms of one core."""
+MIN_SPEED, MAX_SPEED = 1 / 8, 1024.0
+TWIN_GAP_S = 10.0
+"""Played time between two copies that are kept, until there are `MAX_TWINS`: then every second one is dropped."""
+MAX_TWINS = 64
+SAME_EVENT_S = 0.5
+"""Events that are this close together are one, where an operator goes from event to event."""
+_GLOBAL_POSITION_INT = 33
 _OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
+_decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(m.AnyRequest | ControlReplay)
+_WORDS = {ReplayAct.NEXT_EVENT: "the next event", ReplayAct.NEXT_ALARM: "the next alarm"}
 
 
-class _DueRecord(NamedTuple):
-    """A record that waits for its time on the played clock."""
+@dataclass
+class _ReplayGoal:
+    """What the player is on its way to: a time, or the first event that fits."""
 
-    at_s: float
-    """The time on the played clock when it is due."""
-    wall_s: float
-    frame: Frame
-
-
-class PlayedClock:
-    """The clock of the recording: `now` counts played seconds, `wall` is the time written in the log."""
-
-    def __init__(self) -> None:
-        self.now_s = 0.0
-        self.ahead_s = 0.0
-        """Seconds that `wall` is ahead of `now`."""
-
-    def now(self) -> float:
-        """Seconds played since the first frame."""
-        return self.now_s
-
-    def wall(self) -> float:
-        """Unix time at which this was recorded."""
-        return self.now_s + self.ahead_s
-
-    def steady_wall(self) -> float:
-        """The same as `wall`, because nothing is recorded by it."""
-        return self.wall()
+    words: str
+    until_s: float
+    """The time; for an event the one from which it was searched."""
+    is_found: Callable[[JournalEvent], bool] | None = None
 
 
 class Player:
@@ -93,29 +81,41 @@ class Player:
         if not (math.isfinite(speed) and speed > 0):
             raise ValueError(f"replay speed must be a number above 0, not {speed:g}")
         self.name = clean(Path(path).name, 80)
-        self.finished = False
         self._speed = speed
+        self._paused = False
         self._bus = bus
         self._clock = clock
         self._lock = threading.Lock()  # a console asks from a thread of its own
-        self._reader = read_tlog(path)
-        self._played = PlayedClock()
-        self._events = EventLog(self._played)
-        self._events.listen(lambda event: bus.publish(keys.EVENT, m.encode(event)))
-        self._scenario = _bare_scenario(self.name, _first_place(path))
-        # Without keys and with no id of our own: a recording can neither be verified nor commanded.
-        self._fleet = VehicleRegistry(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
-        self._flights = FlightTable()
-        self._alarms = AlarmTable(self._played, self._events)
-        self._monitor = VehicleAlarmMonitor(self._alarms)
-        self._next_look_s = 0.0
-        wall_s, frame = next(self._reader)
-        self._due: _DueRecord | None = _DueRecord(0.0, wall_s, frame)
-        self._last_wall_s = self._played.ahead_s = wall_s
+        origin = _first_place(path)
+        self._scenario = _bare_scenario(self.name, origin)
+        self._flight = ReplayedFlight(Path(path), self.name, origin)
+        self._twins = [self._flight.twin()]
+        """Copies of the flight in the order of their times; the first one is its beginning."""
+        self._twin_gap_s = TWIN_GAP_S
+        self._goal: _ReplayGoal | None = None
+        self._rewinds = 0
+        self._said = ""
+        """What became of the last search, where nothing was found."""
+        self._length = _LengthMeter(path)
         self._last_tick_s: float | None = None
         self._next_frame_s = self._next_status_s = -math.inf
-        self._frame_seq = self._status_seq = 0
+        self._frame_seq = self._status_seq = self._event_seq = 0
         self._subscription = bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the end of the recording is shown."""
+        return self._flight.finished
+
+    @property
+    def at_s(self) -> float:
+        """Played seconds since the beginning."""
+        return self._flight.clock.now()
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether an operator's goal is not reached yet."""
+        return self._goal is not None
 
     def tick(self) -> None:
         """Play what is due on the injected clock and publish."""
@@ -124,82 +124,141 @@ class Player:
             if self._last_tick_s is None:
                 self._last_tick_s = now
                 self._bus.publish(keys.SCENARIO, m.encode(self._scenario_changed()))
-            self._play_until(self._played.now_s + (now - self._last_tick_s) * self._speed)
+            if self._goal is not None:
+                self._go_on(self._goal)
+            elif not self._paused:
+                self._play_until(self.at_s + (now - self._last_tick_s) * self._speed, MAX_RECORDS_PER_TICK)
             self._last_tick_s = now
-            self._fleet.tick()
-            self._look_for_alarms()
+            self._length.measure(MEASURED_PER_TICK)
             self._publish_due(now)
 
     def close(self) -> None:
         """Stop answering requests."""
         self._subscription.close()
 
-    def _play_until(self, until_s: float) -> None:
-        """Take all records up to `until_s` on the played clock, which ends there, or earlier where it must."""
-        for _ in range(MAX_RECORDS_PER_TICK):
-            due = self._next_due()
-            if due is None:
+    # ---------------------------------------------------------------- playing
+
+    def _play_until(self, until_s: float, max_records: int) -> bool:
+        """Play to a time, and keep copies on the way; return whether it came there."""
+        while (stop_s := min(until_s, self._twins[-1].clock.now() + self._twin_gap_s)) < until_s:
+            # Never more than one gap ahead of the last copy, so that copies lie at times that depend on nothing else.
+            if not self._flight.advance(stop_s, max_records):
+                return False
+            if self.finished:
+                return True
+            self._keep_twin()
+        return self._flight.advance(until_s, max_records)
+
+    def _keep_twin(self) -> None:
+        self._twins.append(self._flight.twin())
+        if len(self._twins) > MAX_TWINS:
+            del self._twins[1::2]
+            self._twin_gap_s *= 2
+
+    def _go_on(self, goal: _ReplayGoal) -> None:
+        """Play towards the goal as fast as this computer can, for one tick."""
+        if goal.is_found is None:
+            if self._play_until(goal.until_s, MAX_RECORDS_PER_TICK):
+                self._arrive()
+            return
+        for _ in range(MAX_RECORDS_PER_TICK // 100):
+            step_s = (math.floor(self.at_s / STEP_S + 1e-6) + 1) * STEP_S
+            newest = self._flight.events.newest_seq
+            self._play_until(step_s, MAX_RECORDS_PER_TICK)
+            if any(goal.is_found(event) for event in self._flight.events.since(newest)):
+                self._arrive()
                 return
-            if due.at_s > until_s:
-                self._played.now_s = until_s
+            if self.finished:
+                self._go_to(goal.until_s)
+                self._said = f"{goal.words}: there is none"
                 return
-            self._due = None
-            self._played.now_s, self._played.ahead_s = due.at_s, due.wall_s - due.at_s
-            # what stations say is no vehicle's word; who is a vehicle, heartbeats tell
-            # Frames of ground stations stay out: only a heartbeat makes a system a vehicle, and only vehicles are
-            # shown.
-            if due.frame.msgid == _HEARTBEAT or due.frame.system in self._fleet.vehicles:
-                self._fleet.intakes[""].datagrams(self.name, [(due.frame.raw, self.name)], due.at_s)
 
-    def _next_due(self) -> "_DueRecord | None":
-        """The next record; None at the end of the log."""
-        if self._due is None and not self.finished:
-            record = next(self._reader, None)
-            if record is None:
-                self._finish()
-                return None
-            wall_s, frame = record
-            # Logs may be joined, or the clock was set: time never runs back, and long gaps are cut short.
-            gap_s = min(max(0.0, wall_s - self._last_wall_s), LONGEST_GAP_S)
-            self._last_wall_s = wall_s
-            self._due = _DueRecord(self._played.now_s + gap_s, wall_s, frame)
-        return self._due
+    def _arrive(self) -> None:
+        self._goal = None
+        self._next_frame_s = self._next_status_s = -math.inf
 
-    def _finish(self) -> None:
-        self.finished = True
-        self._events.report(EventClass.PROCESSING, "replay", "end of the recording", NOTICE)
-        if self._reader.skipped_bytes:
-            text = f"{self._reader.skipped_bytes} byte(s) of the recording were damaged and skipped"
-            self._events.report(EventClass.PROCESSING, "replay", text, WARNING)
+    def _rewind(self, to_s: float) -> None:
+        """Take the newest copy from before a time; consoles forget what they were shown after it."""
+        at = bisect.bisect_right([twin.clock.now() for twin in self._twins], to_s) - 1
+        # Newer copies stay true: the recording does not change.
+        self._flight = self._twins[max(0, at)].twin()
+        self._rewinds += 1
+        self._event_seq = self._flight.events.newest_seq
 
-    def _look_for_alarms(self) -> None:
-        """Find the alarms that the recorded telemetry of the vehicles itself gives reason for."""
-        played_s = self._played.now()
-        if played_s >= self._next_look_s:
-            self._next_look_s = played_s + ALARM_GAP_S
-            vehicles = self._fleet.in_order()
-            self._alarms.look(
-                f for v in vehicles for f in self._monitor.findings(v, played_s, in_flight=v.telemetry.armed)
-            )
+    # ---------------------------------------------------------------- what an operator asks
+
+    def _control(self, request: ControlReplay) -> Reply:
+        act, here_s = request.act, self.at_s
+        self._said = ""
+        if act is ReplayAct.PAUSE:
+            self._paused = not self._paused
+        elif act in (ReplayAct.FASTER, ReplayAct.SLOWER):
+            speed = self._speed * (2.0 if act is ReplayAct.FASTER else 0.5)
+            self._speed = min(MAX_SPEED, max(MIN_SPEED, speed))
+        elif act in (ReplayAct.MOVE, ReplayAct.GO_TO):
+            if not math.isfinite(request.seconds):
+                return Reply(ok=False, text="the time to go to must be a number")
+            self._go_to(max(0.0, request.seconds + (here_s if act is ReplayAct.MOVE else 0.0)))
+        elif act in _WORDS:
+            if self.finished:
+                return Reply(ok=False, text="the end of the recording: nothing comes after it")
+            self._search(act)
+        elif not self._go_back_to(_is_alarm if act is ReplayAct.PREVIOUS_ALARM else _is_event):
+            what = "alarm" if act is ReplayAct.PREVIOUS_ALARM else "event"
+            return Reply(ok=False, text=f"no {what} before this moment")
+        self._next_frame_s = self._next_status_s = -math.inf
+        return Reply(ok=True, text=self._words())
+
+    def _words(self) -> str:
+        if self._goal is not None:
+            return f"going to {self._goal.words}"
+        return "paused" if self._paused else f"plays at {self._speed:g} x"
+
+    def _go_to(self, to_s: float) -> None:
+        if to_s < self.at_s:
+            self._rewind(to_s)
+        self._goal = _ReplayGoal(f"{to_s:.0f} s", to_s)
+
+    def _search(self, act: ReplayAct) -> None:
+        fits = _is_alarm if act is ReplayAct.NEXT_ALARM else _is_event
+        after_s = self.at_s + SAME_EVENT_S
+        self._goal = _ReplayGoal(_WORDS[act], self.at_s, lambda event: event.t_s > after_s and fits(event))
+
+    def _go_back_to(self, fits: Callable[[JournalEvent], bool]) -> bool:
+        """Go to the newest event before this moment; return whether there is one."""
+        before_s = self.at_s - SAME_EVENT_S
+        events = self._flight.events.since(0, MAX_EVENTS)
+        found = next((e for e in reversed(events) if e.t_s < before_s and fits(e)), None)
+        if found is not None:
+            # The next step of the checks: the event is shown, and all that came with it.
+            self._go_to(math.ceil(found.t_s / STEP_S - 1e-6) * STEP_S)
+        return found is not None
+
+    # ---------------------------------------------------------------- the bus
 
     def _publish_due(self, now: float) -> None:
-        if now >= self._next_frame_s - 1e-9:
-            self._next_frame_s = now + FRAME_GAP_S
-            self._frame_seq += 1
-            frame = fleet_frame(self._frame_seq, RunKind.REPLAY, self._fleet, self._flights, None, self._played)
-            self._bus.publish(keys.FLEET, m.encode(frame))
+        # The status first: it says that the player went back, and consoles drop events from before then.
         if now >= self._next_status_s - 1e-9:
             self._next_status_s = now + STATUS_GAP_S
             self._status_seq += 1
             self._bus.publish(keys.STATUS, m.encode(self._status()))
+        for event in self._flight.events.since(self._event_seq):
+            self._event_seq = event.seq
+            self._bus.publish(keys.EVENT, m.encode(event))
+        if now >= self._next_frame_s - 1e-9:
+            self._next_frame_s = now + FRAME_GAP_S
+            self._frame_seq += 1
+            flight = self._flight
+            frame = fleet_frame(self._frame_seq, RunKind.REPLAY, flight.fleet, flight.flights, None, flight.clock)
+            self._bus.publish(keys.FLEET, m.encode(frame))
 
     def _status(self) -> StationStatus:
-        played_s = self._played.now()
-        vehicles = self._fleet.vehicles.values()
+        flight, played_s = self._flight, self.at_s
+        vehicles = flight.fleet.vehicles.values()
         return StationStatus(
             seq=self._status_seq,
             t_s=played_s,
-            wall_s=self._played.wall(),
+            wall_s=flight.clock.wall(),
             kind=RunKind.REPLAY,
             scenario=self._scenario.name,
             revision=1,
@@ -211,9 +270,18 @@ class Player:
             vehicles=len(vehicles),
             armed=sum(1 for v in vehicles if v.telemetry.armed),
             in_control="",
-            dropped=dict(self._fleet.dropped),
+            dropped=dict(flight.fleet.dropped),
             recording=self.name,
-            alarms=tuple(_seen(alarm) for alarm in self._alarms.alarms() if alarm.state != "over"),
+            alarms=tuple(_seen(alarm) for alarm in flight.alarms.alarms() if alarm.state != "over"),
+            replay=ReplayStatus(
+                at_s=played_s,
+                length_s=self._length.length_s,
+                speed=self._speed,
+                paused=self._paused,
+                searching=self._goal.words if self._goal is not None else "",
+                rewinds=self._rewinds,
+                said=self._said,
+            ),
         )
 
     def _scenario_changed(self) -> ScenarioChanged:
@@ -226,18 +294,61 @@ class Player:
 
     def _answer(self, payload: bytes) -> Reply:
         try:
-            request = m.decode_request(payload)
+            request = _decoder.decode(payload)
         except msgspec.MsgspecError as error:
             return Reply(ok=False, text=f"request not understood: {error}", code=ReplyCode.NOT_UNDERSTOOD)
+        if isinstance(request, ControlReplay):
+            return self._control(request)
         if not isinstance(request, _OBSERVE):
             return Reply(ok=False, text="this is a recording: nothing can be commanded")
         if isinstance(request, m.GetScenario):
             return Reply(ok=True, scenario=self._scenario_changed())
         if isinstance(request, m.GetEvents):
-            return Reply(ok=True, events=self._events.since(request.after))
+            return Reply(ok=True, events=self._flight.events.since(request.after))
         if isinstance(request, m.GetTask):
             return Reply(ok=False, text="a recording has no teams")
         return Reply(ok=True)
+
+
+class _LengthMeter:
+    """Adds up how long a recording plays, a piece at a time."""
+
+    def __init__(self, path: Path | str) -> None:
+        self.length_s = math.nan
+        self._reader = read_tlog(path)
+        self._so_far_s = 0.0
+        self._last_wall_s = math.nan
+
+    def measure(self, records: int) -> None:
+        """Read so many records more; `length_s` is known at the end."""
+        if not math.isnan(self.length_s):
+            return
+        for _ in range(records):
+            wall_s = self._next_wall_s()
+            if wall_s is None:
+                self.length_s = self._so_far_s
+                return
+            if not math.isnan(self._last_wall_s):
+                self._so_far_s += played_gap_s(self._last_wall_s, wall_s)
+            self._last_wall_s = wall_s
+
+    def _next_wall_s(self) -> float | None:
+        """The time of the next record; None at the end, also where the file cannot be read any further."""
+        try:
+            record = next(self._reader, None)
+        except TlogError:
+            return None
+        return record[0] if record is not None else None
+
+
+def _is_event(event: JournalEvent) -> bool:
+    """Whether an operator goes to it: sensors report all the time what they do."""
+    return event.cls is not EventClass.SENSOR or event.severity <= WARNING
+
+
+def _is_alarm(event: JournalEvent) -> bool:
+    """Whether it is an alarm that began, or as grave as one. What is over is reported as information."""
+    return event.severity <= CRITICAL or (event.cls is EventClass.ALARM and event.severity < INFO)
 
 
 def _seen(alarm: m.Alarm) -> m.Alarm:

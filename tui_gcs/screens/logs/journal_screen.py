@@ -21,7 +21,7 @@ from tui_gcs.core.protocol.common import EventClass, GetJournal, JournalEvent
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed.feed import Feed
-from tui_gcs.feed.messages import EventRaised, SelectionChanged, StationBack, StationLost
+from tui_gcs.feed.messages import EventRaised, EventsForgotten, SelectionChanged, StationBack, StationLost
 from tui_gcs.screens.common.typed_words import TypedWords
 from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.event_lines import severity_mark
@@ -191,6 +191,12 @@ class JournalScreen(Screen[None]):
         # Lines under the eyes of the operator must not move when new ones arrive below.
         if self.journal_lines.up:
             self.journal_lines.up += sum(map(self._filter.passes, self._events[before:]))
+        self.show()
+
+    def on_events_forgotten(self, _message: EventsForgotten) -> None:
+        """Begin anew: a replay went back in time."""
+        self._events, self._has = [], set()
+        self.journal_lines.up = 0
         self.show()
 
     def on_selection_changed(self, _message: SelectionChanged) -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, footer_actions
 from tui_gcs.actions.keymap import with_keys
+from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import FleetUpdated, SelectionChanged, StatusUpdated
@@ -65,11 +66,14 @@ class FooterLine(LinesView):
     def _with_keys(self) -> list[ConsoleAction]:
         """The actions with the keys of the operator's keymap."""
         keymap = getattr(self.app, "keymap", {})
+        status = self._feed.status if self._feed is not None else None
+        replay = REPLAY_ACTIONS if status is not None and status.replay is not None else ()
         if not keymap:
-            return list(self._actions)
+            return [*replay, *self._actions]
         everywhere = [action for action in self._actions if action in APP_ACTIONS]
         own = [action for action in self._actions if action not in APP_ACTIONS]
-        return [*with_keys(everywhere, APP, keymap), *with_keys(own, self.app.current_mode, keymap)]
+        player = with_keys(replay, REPLAY_SCOPE, keymap)
+        return [*player, *with_keys(everywhere, APP, keymap), *with_keys(own, self.app.current_mode, keymap)]
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""

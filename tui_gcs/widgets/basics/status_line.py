@@ -5,6 +5,7 @@ import time
 from rich.cells import cell_len
 
 from tui_gcs.core.protocol.common import RunKind, RunPhase, StationStatus
+from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import clock
@@ -67,6 +68,8 @@ def status_runs(
     status: StationStatus, width: int, wall_s: float, principal: str, glyphs: GlyphSet, *, holds: bool = True
 ) -> list[Run]:
     """The line while the station is heard; narrow terminals get shorter words, not fewer facts."""
+    if status.replay is not None:
+        return replay_runs(status, status.replay, width, glyphs)
     wide = width >= WIDE
     gap = ("   " if wide else "  ", Ink.TEXT)
     # First, and never cut: SIM must not be taken for LIVE (docs/threats.md R24).
@@ -96,6 +99,38 @@ def status_runs(
     used = sum(len(text) for text, _ in runs) + len(gap[0]) + len(utc)
     if wide and used <= width:  # half a time is worse than none
         runs += [gap, (utc, Ink.MUTED)]
+    return runs
+
+
+def replay_runs(status: StationStatus, replay: ReplayStatus, width: int, glyphs: GlyphSet) -> list[Run]:
+    """The line of a recording: what is played, where it stands, and how fast; then what flew at that moment."""
+    wide = width >= WIDE
+    gap = ("   " if wide else "  ", Ink.TEXT)
+    length = clock(replay.length_s).removeprefix("T+") if replay.length_s == replay.length_s else "?"
+    if replay.searching:
+        pace = (f"to {replay.searching}", Ink.CAUTION)
+    elif replay.said:
+        pace = (replay.said, Ink.CAUTION)
+    elif replay.paused:
+        pace = ("PAUSED", Ink.CAUTION)
+    else:
+        pace = (f"{glyphs.running} {replay.speed:g}x", Ink.NORMAL)
+    runs: list[Run] = [
+        (f" {status.kind} ", KIND_INKS[status.kind]),
+        (f" {status.scenario}", Ink.BOLD),
+        gap,
+        (f"{clock(replay.at_s)}/{length}", Ink.BOLD),
+        ("  ", Ink.TEXT),
+        pace,
+        gap,
+        *_heard(status, wide),
+        gap,
+        (f"armed {status.armed}", Ink.BOLD if status.armed else Ink.TEXT),
+        gap,
+        (_utc(status.wall_s), Ink.MUTED),
+    ]
+    over = max(0, sum(cell_len(text) for text, _ in runs) - width)
+    runs[1] = (cut(runs[1][0], max(MIN_NAME_CELLS, cell_len(runs[1][0]) - over)), Ink.BOLD)
     return runs
 
 
