@@ -186,7 +186,7 @@ class Simple:
         """`chases`: False for those that only fly round."""
         self._tour, self._chases = tour, chases
         self._mobility = Mobility(8.0, AGREED_M_S2)
-        self._region = FlyableRegion(AREA, (), 5.0, ZONE)
+        self._region = FlyableRegion(AREA, (), Limits(), ZONE)
 
     def snapshot(self) -> bytes:
         """Nothing is remembered."""
@@ -230,10 +230,10 @@ def ring_tour() -> Tour:
     """15 m outside the zone, at nearly full speed."""
     from tui_gcs.core.geometry.zones import polygon_of
 
-    return ring(polygon_of(ZONE.shape), 15.0, FlyableRegion(AREA, (), 5.0, ZONE), 7.6, AGREED_M_S2)
+    return ring(polygon_of(ZONE.shape), 15.0, FlyableRegion(AREA, (), Limits(), ZONE), 7.6, AGREED_M_S2)
 
 
 def patrol_tour() -> Tour:
     """The area's own, as it is designed at once."""
-    region, motion = FlyableRegion(AREA, (), 5.0, ZONE), TourLimits(7.6, AGREED_M_S2, 13.8)
+    region, motion = FlyableRegion(AREA, (), Limits(), ZONE), TourLimits(7.6, AGREED_M_S2, 13.8)
     return design_tour(ZONE.shape, region, motion, 15.0, 4, np.random.default_rng(1)).tour

@@ -60,7 +60,7 @@ class Search(Planner):
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
         """Find out where vehicles may fly. Raises ValueError where they may not fly at all."""
         super().configure(task, params, rng)
-        self._region = FlyableRegion(task.area, task.no_fly, task.limits.geofence_margin_m, task.zone)
+        self._region = FlyableRegion(task.area, task.no_fly, task.limits, task.zone)
         self._share = float(params["speed_fraction"])
         self._targets: dict[int, str] = {}
         """By vehicle: the point that it flies to."""

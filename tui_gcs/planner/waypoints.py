@@ -68,7 +68,7 @@ class Waypoints(Planner):
         """Compute the timing of the paths. Raises ValueError for a bad text and for points outside the area."""
         super().configure(task, params, rng)
         limits = task.limits
-        self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._region = FlyableRegion(task.area, task.no_fly, limits, task.zone)
         self._mobility = Mobility(limits.speed_m_s * 0.98, limits.accel_m_s2 * ACCEL_SHARE)
         speed_m_s = limits.speed_m_s * float(params["speed_fraction"])
         paths = parse_paths(str(params["paths"]))

@@ -16,7 +16,7 @@ from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s
 from tui_gcs.core.geometry.idleness_grid import cell_centres_m
 from tui_gcs.core.geometry.zones import Shape, Zone, area_m2
 from tui_gcs.core.scenario.load import load
-from tui_gcs.core.scenario.model import OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.patrol import ACCEL_SHARE, Patrol
@@ -25,7 +25,8 @@ from tui_gcs.planner.patrol.tour_search import TourSearch, begin_search
 from tui_gcs.planner.patrol.tour_site import EVENED_M, MISS_M, TourDesign, TourSite, site_of
 from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 
-SPEED_M_S, ACCEL_M_S2, RADIUS_M, MARGIN_M = 8.0, 2.5, 15.0, 5.0
+LIMITS, RADIUS_M = Limits(), 15.0
+SPEED_M_S, ACCEL_M_S2 = LIMITS.speed_m_s, LIMITS.accel_m_s2
 TEAM, MOST = 4, 8
 BACKGROUND_S = 10.0
 LONG_UNITS = (200, 2000, 20000)
@@ -146,13 +147,13 @@ def _site(
     default = {param.name: float(param.default) for param in Patrol.params if param.type is float}
     radius_m = RADIUS_M - off_course_m - default["margin_m"]
     motion = TourLimits(SPEED_M_S * default["speed_fraction"], ACCEL_M_S2 * ACCEL_SHARE, radius_m)
-    return site_of(zone.shape, FlyableRegion(area, closed, MARGIN_M, zone), motion, RADIUS_M)
+    return site_of(zone.shape, FlyableRegion(area, closed, LIMITS, zone), motion, RADIUS_M)
 
 
 def _site_without_margins(zone: Zone, area: OperatingArea) -> TourSite:
     """What vehicles that never stray could do."""
     motion = TourLimits(SPEED_M_S, ACCEL_M_S2, RADIUS_M - MISS_M - EVENED_M)
-    return site_of(zone.shape, FlyableRegion(area, (), MARGIN_M, zone), motion, RADIUS_M)
+    return site_of(zone.shape, FlyableRegion(area, (), LIMITS, zone), motion, RADIUS_M)
 
 
 def best_ratio(search: TourSearch, shape: Shape) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest.mock import patch
 
-from tests.bench.planning.planning import ACCEL_M_S2, MARGIN_M, RADIUS_M, SPEED_M_S, TEAM, best_ratio, rounds
+from tests.bench.planning.planning import ACCEL_M_S2, LIMITS, RADIUS_M, SPEED_M_S, TEAM, best_ratio, rounds
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.scenario.model import OperatingArea
@@ -29,7 +29,7 @@ AT_ONCE_M_S3, AT_ONCE_S = 1e6, 0.05
 def planning_turns(_: Path) -> Iterator[Row]:
     """The worst idleness over B1 of the rounds' zones, with either acceleration."""
     warm_up()
-    with patch.object(tour, "TURN_M_S3", AT_ONCE_M_S3), patch.object(tour, "EVEN_S", AT_ONCE_S):
+    with patch.object(tour, "MAX_TURN_JERK_M_S3", AT_ONCE_M_S3), patch.object(tour, "AVERAGING_S", AT_ONCE_S):
         for name, zone, area in rounds():
             for accel_m_s2 in (ACCEL_M_S2, HARDLY_M_S2):
                 ratio = _ratio(zone, area, accel_m_s2)
@@ -38,7 +38,7 @@ def planning_turns(_: Path) -> Iterator[Row]:
 
 def _ratio(zone: Zone, area: OperatingArea, accel_m_s2: float) -> float:
     motion = TourLimits(SPEED_M_S, accel_m_s2, RADIUS_M - MISS_M - EVENED_M)
-    site = site_of(zone.shape, FlyableRegion(area, (), MARGIN_M, zone), motion, RADIUS_M)
+    site = site_of(zone.shape, FlyableRegion(area, (), LIMITS, zone), motion, RADIUS_M)
     search = begin_search(site, 0, TEAM)
     while search.units < UNITS:
         search.work(site)

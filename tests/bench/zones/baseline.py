@@ -1,6 +1,7 @@
 """The baseline that everybody can write: lanes up and down in the best direction, vehicles equally spaced in time.
 
-It has the same limits, margins and planned footprint as the patrol planner, and ways round obstacles.
+It has the same limits, margins and planned footprint as the patrol planner, and ways round obstacles. Its time law is
+the planner's, too: what the guard would not let pass is flown slower, so the baseline could be flown.
 """
 
 import math
@@ -12,9 +13,9 @@ from tui_gcs.core.protocol.planning import cells_of
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.lane_tours import DIRECTIONS, lane_tour
 from tui_gcs.planner.patrol.patrol import ACCEL_SHARE, Patrol
-from tui_gcs.planner.patrol.tour import evaluate_large, resampled, timed
+from tui_gcs.planner.patrol.tour import evaluate_large, resampled
 from tui_gcs.planner.patrol.tour_site import site_of
-from tui_gcs.planner.patrol.tour_smoothing import TourLimits, draft_of
+from tui_gcs.planner.patrol.tour_smoothing import TourDraft, TourLimits, draft_of
 
 
 def boustrophedon_worst_s(task: PlannerTask) -> float:
@@ -23,7 +24,7 @@ def boustrophedon_worst_s(task: PlannerTask) -> float:
     radius_m = max(task.footprint_radius_m - task.off_course_m, task.footprint_radius_m * 0.5)
     speed_m_s = task.limits.speed_m_s * default["speed_fraction"]
     motion = TourLimits(speed_m_s, task.limits.accel_m_s2 * ACCEL_SHARE, radius_m)
-    region = FlyableRegion(task.area, task.no_fly, task.limits.geofence_margin_m, task.zone)
+    region = FlyableRegion(task.area, task.no_fly, task.limits, task.zone)
     site = site_of(task.zone.shape, region, motion, task.footprint_radius_m)
     best_s, n, cells = math.inf, len(task.members), cells_of(task)
     for k in range(DIRECTIONS):
@@ -31,11 +32,8 @@ def boustrophedon_worst_s(task: PlannerTask) -> float:
         path = np.vstack([path, path[:1] + 0.5]) if len(path) < 3 else path
         path = region.closed_inside(region.pulled_inside(resampled(path, 3.0)), 3.0)
         # With corners rounded like a vehicle does it, and with sharp ones where that misses a cell.
-        for tour in (
-            site.timed(draft_of("lanes", path, motion).respaced(2.0)),
-            timed(path, speed_m_s, motion.accel_m_s2),
-        ):
-            found = evaluate_large(tour, cells, task.footprint_radius_m, n)
+        for draft in (draft_of("lanes", path, motion).respaced(2.0), TourDraft("sharp lanes", path, 1.0)):
+            found = evaluate_large(site.timed(draft), cells, task.footprint_radius_m, n)
             if found.coverage == 1.0:
                 best_s = min(best_s, found.worst_s)
                 break

@@ -7,7 +7,18 @@ import msgspec
 import numpy as np
 import pytest
 
-from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, task_of, zone_of
+from tests.planner.rigs.flights import (
+    SMALL,
+    Fleet,
+    are_sendable,
+    fleet,
+    fly,
+    host_of,
+    no_fly,
+    region_of,
+    task_of,
+    zone_of,
+)
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Zone, polygon_of
 from tui_gcs.core.guard.guard import BRAKES_BELOW_M_S, CATCH_UP_M, CATCH_UP_S
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, TeamPlan, Track
@@ -65,7 +76,7 @@ def limits_kept(plan: TeamPlan, zone: Zone = ZONE, closed: tuple[Zone, ...] = ()
         assert np.hypot(speeds[:, 0], speeds[:, 1]).max() <= 8.0
         assert np.hypot(*(np.diff(speeds, axis=0)[:, :2] / intent.dt_s).T).max() <= 2.5
         assert (places[:, 2] == 20.0 + 7.0 * intent.vehicle).all()
-        assert region.can_stop(places[:, :2], speeds[:, :2], 2.5).all()
+        assert are_sendable(region, places, speeds, intent.dt_s)
 
 
 def test_the_tempo_is_not_changed_while_there_are_intruders() -> None:

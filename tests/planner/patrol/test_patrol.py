@@ -6,11 +6,25 @@ import msgspec
 import numpy as np
 import pytest
 
-from tests.planner.rigs.flights import AREA, SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, task_of, zone_of
+from tests.planner.rigs.flights import (
+    AREA,
+    SMALL,
+    Fleet,
+    are_sendable,
+    fleet,
+    fly,
+    host_of,
+    no_fly,
+    region_of,
+    task_of,
+    zone_of,
+)
+from tests.planner.rigs.guarded import refusals
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
-from tui_gcs.core.geometry.zones import Rectangle
+from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol.common import Freshness, Phase, TeamPlan
 from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.planner.patrol.patrol import Patrol
 from tui_gcs.planner.runtime.host import PlannerHost
 
 
@@ -31,7 +45,7 @@ def limits_kept(plan: TeamPlan) -> None:
         assert (places[:, 2] == 20.0 + 7.0 * intent.vehicle).all()
         assert intent.dt_s * (len(places) - 1) == pytest.approx(3.0)
         region = region_of(zone_of(SMALL))
-        assert region.can_stop(places[:, :2], speeds[:, :2], 2.5).all()
+        assert are_sendable(region, places, speeds, intent.dt_s)
 
 
 def slots_of(plan: TeamPlan) -> list[str]:
@@ -197,6 +211,19 @@ def test_direction_is_the_operators_choice(direction: str, sign: float) -> None:
     assert plan.annotations is not None
     x, y = np.array(plan.annotations[0].points_m[:-1]).T
     assert np.sign(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) == sign
+
+
+def test_a_tour_in_the_other_direction_passes_the_guard_too() -> None:
+    """Whoever flies lanes the other way round brakes where it sped up before: in front of the wall."""
+    mast, tours = no_fly(Circle((185.0, 200.0), 15.0)), []
+    for direction in ("cw", "ccw"):
+        planner = host_of(task_of(zone_of(SMALL), closed=(mast,), direction=direction))._present().planner
+        assert isinstance(planner, Patrol)
+        tour = planner._guidance.tour
+        tours.append(tour)
+        twice = np.tile(tour.xy_m, (2, 1)), np.tile(tour.velocity_m_s, (2, 1))
+        assert refusals(*twice, tour.dt_s, AREA, (mast,)) == []
+    assert tours[0].period_s != tours[1].period_s
 
 
 def test_the_tour_is_drawn_at_first_and_now_and_then() -> None:

@@ -65,7 +65,7 @@ def test_any_shape_gets_a_tour(shape: Shape) -> None:
 
 def stays_inside(found: TourDesign, shape: Shape, area: OperatingArea, *closed: Shape) -> bool:
     region = region_of(zone_of(shape), area, tuple(no_fly(c) for c in closed))
-    return bool(region.can_stop(found.tour.xy_m, found.tour.velocity_m_s, 2.5).all())
+    return bool(region.are_sendable(found.tour.xy_m, found.tour.velocity_m_s, found.tour.accel_m_s2, 2.5).all())
 
 
 @pytest.mark.long

@@ -8,6 +8,7 @@ import pytest
 from tests.planner.rigs.flights import AREA, no_fly, region_of, zone_of
 from tests.planner.rigs.guarded import refusals
 from tui_gcs.core.geometry.zones import Circle, Rectangle
+from tui_gcs.core.scenario.model import Limits
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import Tour, resampled, timed
 from tui_gcs.planner.patrol.transit import (
@@ -85,6 +86,18 @@ def test_a_way_through_a_chicane_passes_the_guard_and_arrives() -> None:
             transit = plan_transit(0.0, np.array([x, y]), np.zeros(2), tour, float(phase_s), MOBILITY, region)
             assert transit is not None and transit.end_s < 150.0
             assert refusals(transit.xy_m, transit.velocity_m_s, STEP_S, AREA, closed) == []
+
+
+def test_a_fast_vehicle_brakes_for_a_no_fly_zone_as_early_as_the_guard_wants() -> None:
+    """At 12 m/s braking takes 33 m with the planner's acceleration, and 39 m as the guard reckons."""
+    limits, closed = Limits(speed_m_s=12.0), (no_fly(Rectangle((320.0, 240.0), 30.0, 240.0)),)
+    region, tour, fast = FlyableRegion(AREA, closed, limits, ZONE), oval(), Mobility(11.9, 2.2)
+    for y in (180.0, 240.0, 330.0):
+        for phase_s in np.linspace(0.0, tour.period_s, 4):
+            transit = plan_transit(0.0, np.array([40.0, y]), np.zeros(2), tour, float(phase_s), fast, region)
+            assert transit is not None
+            assert np.hypot(*transit.velocity_m_s.T).max() > 11.5
+            assert refusals(transit.xy_m, transit.velocity_m_s, STEP_S, AREA, closed, limits) == []
 
 
 def test_from_just_outside_the_way_leads_back_and_then_round_the_no_fly_zone() -> None:

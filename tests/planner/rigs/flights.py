@@ -31,6 +31,12 @@ def zone_of(shape: Shape) -> Zone:
     return Zone("zone", Role.DEFEND, shape)
 
 
+def are_sendable(region: FlyableRegion, places: np.ndarray, speeds: np.ndarray, dt_s: float) -> bool:
+    """Return whether all samples (k, 2 or 3) of a way stop inside, with the guard's brakes and lead compensation."""
+    xy_m, velocity_m_s = places[:, :2], speeds[:, :2]
+    return bool(region.are_sendable(xy_m, velocity_m_s, np.gradient(velocity_m_s, dt_s, axis=0), 2.5).all())
+
+
 def no_fly(shape: Shape) -> Zone:
     return Zone("closed", Role.NO_FLY, shape)
 
@@ -148,7 +154,7 @@ def swarm() -> Scenario:
 @cache
 def region_of(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = ()) -> FlyableRegion:
     """Nobody changes a region, and every plan of a flight is looked at against the same one."""
-    return FlyableRegion(area, closed, 5.0, zone)
+    return FlyableRegion(area, closed, Limits(), zone)
 
 
 def designed(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = (), n: int = 4) -> TourDesign:

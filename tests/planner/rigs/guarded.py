@@ -16,7 +16,12 @@ HEIGHT_M = 40.0
 
 
 def refusals(
-    xy_m: np.ndarray, velocity_m_s: np.ndarray, dt_s: float, area: OperatingArea, closed: tuple[Zone, ...]
+    xy_m: np.ndarray,
+    velocity_m_s: np.ndarray,
+    dt_s: float,
+    area: OperatingArea,
+    closed: tuple[Zone, ...],
+    limits: Limits | None = None,
 ) -> list[str]:
     """Return the guard's vetoes of a way (k, 2) in steps of `dt_s`."""
     times, own = np.arange(0.0, dt_s * (len(xy_m) - 1), SAMPLE_S), dt_s * np.arange(len(xy_m))
@@ -25,7 +30,7 @@ def refusals(
         return np.stack([*(np.interp(times, own, axis) for axis in values.T), np.full(len(times), up)], axis=1)
 
     course = Trajectory(0.0, SAMPLE_S, sampled(xy_m, HEIGHT_M), sampled(velocity_m_s, 0.0))
-    sent, guard, found = LeadCompensatedCourse(course, ArduCopter.lead), Guard(Limits(), area, closed), []
+    sent, guard, found = LeadCompensatedCourse(course, ArduCopter.lead), Guard(limits or Limits(), area, closed), []
     for now in np.arange(0.0, course.end_s - 1.0, JUDGED_S).tolist():
         vehicle = VehicleState(1, *course.at(now), MotionModel.FOLLOWS, course)
         (verdict,) = guard.judge([vehicle], [sent], [vehicle], now)

@@ -158,7 +158,7 @@ class Guardian(Planner):
         warm_up()
         limits = task.limits
         self._accel_m_s2 = accel = limits.accel_m_s2 * ACCEL_SHARE
-        self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._region = FlyableRegion(task.area, task.no_fly, limits, task.zone)
         self._zone = polygon_of(task.zone.shape)
         self._contact_m = float(params["contact_m"])
         self._within_m = CONTACT_SHARE * self._contact_m

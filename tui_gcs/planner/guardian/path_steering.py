@@ -65,7 +65,9 @@ def _stoppable(places: Floats, speeds: Floats, accel: float, region: FlyableRegi
     A path that begins outside is left as it is: it leads back.
     """
     n = len(places)
-    good = region.can_stop(places.reshape(-1, 2), speeds.reshape(-1, 2), accel).reshape(n, SAMPLES)
+    changes = np.gradient(speeds, SAMPLE_S, axis=1)
+    states = places.reshape(-1, 2), speeds.reshape(-1, 2), changes.reshape(-1, 2)
+    good = region.are_sendable(*states, accel).reshape(n, SAMPLES)
     # To brake outside would keep the vehicle there.
     good[~region.contains(places[:, 0])] = True
     for row in np.flatnonzero(~good.all(axis=1)):

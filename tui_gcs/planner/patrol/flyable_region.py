@@ -9,7 +9,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.planner.api import OperatingArea, Shape, Zone, ZoneCells, permitted_region, polygon_of, reachable_cells
+from tui_gcs.planner.api import (
+    Limits,
+    OperatingArea,
+    Shape,
+    Zone,
+    ZoneCells,
+    permitted_region,
+    polygon_of,
+    reachable_cells,
+)
 
 Floats = NDArray[np.floating[Any]]
 Pair = tuple[float, float]
@@ -28,6 +37,11 @@ RAY_STEP_M, RAY_HALVINGS = 1.0, 5
 # the shift led 2 m into its margin, and each vehicle braked there in every round.
 SHIFT_S2 = 1.15
 """Set-points are sent shifted along the course's acceleration by up to this much times it (lead compensation)."""
+# Flown at 12 m/s: where v² / 2a with the planner's acceleration ends on the edge of the margin, the guard's braking
+# ends 1 to 2 m inside a no-fly zone.
+GUARD_DELAY_S, GUARD_SHARE = 0.25, 0.8
+"""The guard lets a vehicle brake after this delay with this share of its acceleration (`BRAKE_SHARE` in
+`core/guard/motion_prediction.py`); it must come to rest outside no-fly zones, but may use their margin up."""
 AT_CORNER_M = 2.0
 """A vehicle this near a corner has reached it."""
 
@@ -35,8 +49,10 @@ AT_CORNER_M = 2.0
 class FlyableRegion:
     """One connected flyable polygon and the shortest ways in it."""
 
-    def __init__(self, area: OperatingArea, no_fly: tuple[Zone, ...], margin_m: float, zone: Zone) -> None:
+    def __init__(self, area: OperatingArea, no_fly: tuple[Zone, ...], limits: Limits, zone: Zone) -> None:
         """Take the flyable part nearest to `zone`. Raises ValueError if margin and no-fly zones leave nothing."""
+        self._margin_m = margin_m = limits.geofence_margin_m
+        self._accel_m_s2 = limits.accel_m_s2
         self.polygon = permitted_region(area.shape, no_fly, margin_m, zone.shape)
         if self.polygon.is_empty:
             raise ValueError(
@@ -120,13 +136,6 @@ class FlyableRegion:
         ways = np.stack([np.broadcast_to(xy_m, self._corners.shape), self._corners], axis=1)
         return np.asarray(shapely.covers(walls, shapely.linestrings(ways)))
 
-    def can_stop(self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: float) -> NDArray[np.bool_]:
-        """Return which states (n, 2) are inside and stop inside when the vehicle brakes straight on."""
-        speed = np.hypot(*velocity_m_s.T)[:, None]
-        stop = xy_m + velocity_m_s * speed / (2.0 * accel_m_s2)
-        inside = shapely.intersects_xy(self._edge, np.vstack([xy_m, stop]))
-        return np.asarray(inside[: len(xy_m)] & inside[len(xy_m) :])
-
     def are_sendable(
         self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: Floats, brake_m_s2: float
     ) -> NDArray[np.bool_]:
@@ -135,7 +144,8 @@ class FlyableRegion:
         The vehicle must be able to stop inside, straight on with `brake_m_s2`, and the ways there lie inside.
         """
         shifted_m = xy_m + SHIFT_S2 * accel_m_s2
-        stop_m = velocity_m_s * np.hypot(*velocity_m_s.T)[:, None] / (2.0 * brake_m_s2)
+        speed_m_s = np.hypot(*velocity_m_s.T)
+        stop_m = velocity_m_s * (self.stopping_m(speed_m_s, brake_m_s2) / np.maximum(speed_m_s, SAME_M))[:, None]
         ways = np.stack([xy_m + stop_m, xy_m, shifted_m, shifted_m + stop_m], axis=1)
         sendable = np.ones(len(xy_m), dtype=bool)
         if self._in_the_open(ways.reshape(-1, 2)):
@@ -144,6 +154,21 @@ class FlyableRegion:
         near = np.flatnonzero(shapely.dwithin(self._boundary, shapely.points(xy_m), reach_m) | ~self.contains(xy_m))
         sendable[near] = shapely.covers(self._edge, shapely.linestrings(ways[near]))
         return sendable
+
+    def stopping_m(self, speed_m_s: Floats, brake_m_s2: float) -> Floats:
+        """Return how far from the edge a vehicle must begin to brake: for its planner, and for the guard.
+
+        The guard is the stricter one at high speeds.
+        """
+        planned_m = speed_m_s**2 / (2.0 * brake_m_s2)
+        guarded_m = GUARD_DELAY_S * speed_m_s + speed_m_s**2 / (2.0 * GUARD_SHARE * self._accel_m_s2)
+        return np.asarray(np.maximum(planned_m, guarded_m - self._margin_m))
+
+    def stopping_speed_m_s(self, room_m: Floats, brake_m_s2: float) -> Floats:
+        """Return the highest speed from which a vehicle stops within this room: the inverse of `stopping_m`."""
+        guarded_m_s2 = GUARD_SHARE * self._accel_m_s2
+        root_s = np.sqrt(GUARD_DELAY_S**2 + 2.0 * (room_m + self._margin_m) / guarded_m_s2)
+        return np.asarray(np.minimum(np.sqrt(2.0 * brake_m_s2 * room_m), guarded_m_s2 * (root_s - GUARD_DELAY_S)))
 
     def is_roomy(self, xy_m: Pair, room_m: float) -> bool:
         """Return whether the edge is farther than this, or has no dents: then all ways between places are inside."""
@@ -189,6 +214,8 @@ class FlyableRegion:
     def _in_the_open(self, xy_m: Floats, room_m: float = 0.0) -> bool:
         """Return whether these points certainly have no obstacle around them, which is the usual case."""
         # Column by column: along the first axis numpy takes four times as long, and each step of a descent asks.
+        if not len(xy_m):
+            return True
         x, y = xy_m[:, 0], xy_m[:, 1]
         left, low, right, high = self._open
         least, most = min(x.min() - left, y.min() - low), min(right - x.max(), high - y.max())

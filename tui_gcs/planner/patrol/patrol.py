@@ -101,7 +101,7 @@ class Patrol(Planner):
         motion = TourLimits(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
         self._direction, self._units = str(params["direction"]), int(params["search"])
         self._wanted = max(1, len(task.members) - int(params["reserve"]))
-        self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._region = FlyableRegion(task.area, task.no_fly, limits, task.zone)
         self._cells = cells_of(task)
         self._site = site_of(task.zone.shape, self._region, motion, radius_m)
         self._accel_m_s2 = accel
@@ -164,7 +164,18 @@ class Patrol(Planner):
         """Fly `design` at the present speed, which holds for the ways to its slots, too."""
         self._state.design, rate = design, self._state.tempo.share
         mobility = Mobility(self.task.limits.speed_m_s * TRANSIT_SPEED_SHARE * rate, self._accel_m_s2 * rate**2)
-        self._guidance = TourGuidance(turned(design.tour, self._direction).times(rate), mobility, self._region)
+        self._guidance = TourGuidance(self._turned(design).times(rate), mobility, self._region)
+
+    def _turned(self, design: TourDesign) -> Tour:
+        """Return the tour in the wanted direction: near walls braking and speeding up are no mirror images."""
+        tour = design.tour
+        if not is_turned(tour, self._direction):
+            return tour
+        back = Tour(tour.dt_s, tour.xy_m[::-1].copy(), -tour.velocity_m_s[::-1])
+        states = back.xy_m, back.velocity_m_s, back.accel_m_s2
+        if self._region.are_sendable(*states, self._accel_m_s2).all():
+            return back
+        return self._site.timed(replace(design.draft, controls=design.draft.controls[::-1].copy()))
 
     def _adapt_speed(self, t_s: float, fleet: Fleet, off_m: float) -> list[str]:
         """Slow down if a vehicle cannot follow (`off_m` off course), speed up when all can again; return notes."""
@@ -324,12 +335,14 @@ class Patrol(Planner):
 
     def _metrics(self, t_s: float) -> dict[str, float]:
         task, state, n = self.task, self._state, self._state.formation.slots
-        worst_s = predicted_worst_s(state.design, n) / state.tempo.share if n else np.nan
+        tour = self._guidance.tour
+        slower = tour.period_s / state.design.tour.period_s
+        worst_s = predicted_worst_s(state.design, n) * slower if n else np.nan
         flown_by = max(1, n), task.limits.speed_m_s, task.footprint_radius_m
         ideal_s, bound_s = self._cells.ideal_s(*flown_by), self._cells.bound_s(*flown_by)
         owners = state.formation.owners.values()
         return state.tempo.metrics | {
-            "period_s": self._guidance.tour.period_s,
+            "period_s": tour.period_s,
             "predicted_worst_s": worst_s,
             "predicted_ratio": worst_s / ideal_s,
             "ideal_s": ideal_s if n else np.nan,
@@ -350,13 +363,11 @@ def predicted_worst_s(design: TourDesign, n: int) -> float:
     return period_s / n - (period_s / design.n - design.real.worst_s)
 
 
-def turned(tour: Tour, direction: str) -> Tour:
-    """Return the tour flown clockwise ("cw"), counter-clockwise ("ccw") or as it is ("auto")."""
+def is_turned(tour: Tour, direction: str) -> bool:
+    """Return whether a tour must be reversed to be flown clockwise ("cw") or counter-clockwise ("ccw")."""
     x, y = tour.xy_m.T
     enclosed = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    if direction == "auto" or (enclosed > 0.0) == (direction == "ccw"):
-        return tour
-    return Tour(tour.dt_s, tour.xy_m[::-1].copy(), -tour.velocity_m_s[::-1])
+    return direction != "auto" and (enclosed > 0.0) != (direction == "ccw")
 
 
 def _better(found: TourDesign, flown: TourDesign) -> bool:

@@ -21,6 +21,7 @@ from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.lane_tours import DIRECTIONS, best_lane_tours
 from tui_gcs.planner.patrol.tour import resampled
 from tui_gcs.planner.patrol.tour_construction import lattice_tour
+from tui_gcs.planner.patrol.tour_detours import with_detours
 from tui_gcs.planner.patrol.tour_seeds import seeds
 from tui_gcs.planner.patrol.tour_site import FINER, LOOP_M, TourDesign, TourFinishing, TourSite, site_of
 from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits
@@ -48,6 +49,8 @@ SHARP_STEP_M = 3.0
 """Spacing of control points of lanes with sharp corners."""
 LARGE_LANE_TRIES, MAX_BENT_CELLS = 3, 40_000
 """Lane tours of a large zone; up to so many cells (25 ha) patterns are tried, too, and all are bent."""
+DETOURS_M = (0.5, 1.0, 2.0)
+"""Detours of a tour that leaves something out look so much farther than they must, until all is seen."""
 MIN_LARGE_ROUNDS, MAX_LARGE_FINISHING = 2, 200_000
 """Finishing rounds of a large zone: at least, and times cells at most."""
 POOL = 5
@@ -164,6 +167,7 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
         search._admit(site, finishing.best)
     if search.best is None or search.best.real.coverage < 1.0:
         _add_unbent(search, site, lanes)
+        _add_detours(search, site, lanes)
     elif search.best.real.worst_s < WATCHED_SHARE * search.best.tour.period_s / n:
         _add_sharp_lanes(search, site)
     return search
@@ -195,6 +199,19 @@ def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None
                 search.best = judged
 
 
+def _add_detours(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
+    """Complete the tour, and simple lanes, if something is left out."""
+    incomplete = [search.best.draft] if search.best is not None else []
+    incomplete += [site.draft(f"lanes {i}", path) for i, path in enumerate(lanes)]
+    for farther_m in DETOURS_M:
+        if search.best is not None and search.best.real.coverage == 1.0:
+            return
+        for draft in incomplete:
+            judged = site.judged(with_detours(site, draft, farther_m), search.n)
+            if search.best is None or judged.rank < search.best.rank:
+                search.best = judged
+
+
 def _begin_large(search: TourSearch, site: TourSite) -> TourSearch:
     """Complete a search of a large zone: the shortest of a few tours, finished. There is no pool to search on with."""
     paths = best_lane_tours(site.cells, site.motion.radius_m, LARGE_LANE_TRIES)
@@ -212,6 +229,7 @@ def _begin_large(search: TourSearch, site: TourSite) -> TourSearch:
         if left <= 0:
             break
     search.best = site.judged(min(found, key=_cost), search.n)
+    _add_detours(search, site, paths[:1])
     return search
 
 

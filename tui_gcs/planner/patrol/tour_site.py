@@ -228,9 +228,9 @@ def _stopping_cap(path: Floats, motion: TourLimits, region: FlyableRegion) -> Fl
     """Return the speed at each point from which a vehicle that brakes straight on stops inside the region."""
     ahead = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
     ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]
-    stop_m = motion.speed_m_s**2 / (2.0 * motion.accel_m_s2) + 1.0
+    stop_m = float(region.stopping_m(np.array(motion.speed_m_s), motion.accel_m_s2)) + 1.0
     room = region.room_ahead_m(path, ahead, stop_m)
-    return np.asarray(np.sqrt(2.0 * motion.accel_m_s2 * np.maximum(room - 0.5, 0.2)))
+    return region.stopping_speed_m_s(np.maximum(room - 0.5, 0.2), motion.accel_m_s2)
 
 
 def _slower_cap(path: Floats, tour: Tour, share: Floats) -> Floats:

@@ -180,7 +180,8 @@ class _PointMass:
         the step it must still be able to stop inside.
         """
         accel, speed = self._mobility.accel_m_s2, math.hypot(*self.velocity)
-        if self._region.is_roomy(self.xy, (speed + accel * STEP_S) ** 2 / (2.0 * accel) + SHIFT_S2 * accel):
+        stop_m = float(self._region.stopping_m(np.array(speed + accel * STEP_S), accel))
+        if self._region.is_roomy(self.xy, stop_m + SHIFT_S2 * accel):
             return wanted
         slower = min(1.0, accel * STEP_S / speed) if speed > 0.0 else 0.0
         changes = [(share * wanted[0], share * wanted[1]) for share in TURN_SHARES]

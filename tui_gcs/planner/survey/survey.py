@@ -70,7 +70,7 @@ class SurveyPlanner(Planner):
         self._speed_m_s = min([each.speed_m_s for each in classes], default=limits.speed_m_s)
         self._speed_m_s *= float(params["speed_fraction"])
         self._accel_m_s2 = min([each.accel_m_s2 for each in classes], default=limits.accel_m_s2) * ACCEL_SHARE
-        self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._region = FlyableRegion(task.area, task.no_fly, limits, task.zone)
         cells = self._region.cells_of(task.zone.shape, self._radius_m)
         self._cells_m, self._cell_m = cells.centres_m(), cells.cell_m
         if not len(self._cells_m):
