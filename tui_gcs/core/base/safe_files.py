@@ -15,6 +15,8 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 _DEVICES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))})
 """Device names of Windows, where a log may be copied to."""
 _NEW = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+RESERVED_BYTES = 512 << 20
+"""Space on the disk that no download may take: the station writes its own logs there."""
 MAX_SAME_NAMES = 1000
 """Numbered files of one name."""
 
@@ -62,6 +64,10 @@ class SafeFolder:
         """The space that is left for us on the directory's disk."""
         found = os.fstatvfs(self._fd)
         return found.f_bavail * found.f_frsize
+
+    def room_bytes(self) -> int:
+        """The part of the free space that a download may take."""
+        return max(0, self.free_bytes() - RESERVED_BYTES)
 
     def read(self, name: str, max_bytes: int) -> bytes | None:
         """Return the contents of a file of ours; None if there is none, or it is no regular file or too long."""

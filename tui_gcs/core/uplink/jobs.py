@@ -19,6 +19,10 @@ MAX_PER_LINK = 2
 MAX_QUEUED = 1000
 PAUSE_AFTER_S = 10.0
 """A job that can pause gives way after this long to another job of its vehicle."""
+MAX_RUNNING_S = 1800.0
+"""How long a job may run. 1400 parameters take some minutes over a radio that loses every third frame."""
+MAX_LONG_RUNNING_S = 4 * 3600.0
+"""The same for jobs that move megabytes; a vehicle may announce 4 GiB (docs/threats.md B.6-89)."""
 
 
 class JobState(StrEnum):
@@ -40,6 +44,9 @@ class Job:
     takes_long = False
     """It moves megabytes, which takes minutes of a radio's time."""
 
+    max_running_s = MAX_RUNNING_S
+    """It ends after having run so long, its pauses not counted, unless it waits for the operator."""
+
     def __init__(self, vehicle: int, name: str, on_done: "Callable[[Job], None] | None" = None) -> None:
         """`name` is the operator's word for it, e.g. "mission upload"; `on_done` is called once, however it ends."""
         self.vehicle = vehicle
@@ -52,6 +59,8 @@ class Job:
         self.link = ""
         """The link it began on."""
         self.begun_s = 0.0
+        self.ran_s = 0.0
+        """How long it ran before it was paused."""
         self.on_done = on_done
 
     @property
@@ -154,6 +163,10 @@ class JobQueue:
                     job.finish("the vehicle is LOST")
                 else:
                     job.tick(vehicle, now)
+            too_long = job.ran_s + now - job.begun_s > job.max_running_s and not job.waits_for_operator
+            if too_long and not job.over:
+                job.abort()
+                job.finish(f"not complete after {_duration(job.max_running_s)}: begin it again")
             if job.over:
                 self._over(job)
             elif now - job.begun_s >= PAUSE_AFTER_S:
@@ -167,6 +180,7 @@ class JobQueue:
         if job.takes_long and others and job.pause():
             del self._running[job.vehicle]
             job.state = JobState.QUEUED
+            job.ran_s += self._clock.now() - job.begun_s
             self._queue.append(job)
 
     def _begin_some(self) -> None:
@@ -214,6 +228,10 @@ class JobQueue:
         self._events.report(EventClass.MISSION, f"vehicle {job.vehicle}", text, INFO if good else WARNING)
         if job.on_done is not None:
             job.on_done(job)
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds / 3600:.0f} h" if seconds >= 3600 else f"{seconds / 60:.0f} min"
 
 
 def _far(job: Job) -> str:

@@ -9,8 +9,9 @@ import pytest
 
 from tests.core.rigs.ftp_peer import ACK, BURST, CREATE, NAK, OPEN, READ, RESET, TERMINATE, FtpServer
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer, ServiceRig
+from tui_gcs.core.base.safe_files import RESERVED_BYTES, SafeFolder
 from tui_gcs.core.services.files.ftp_codec import crc32, crc_fits
-from tui_gcs.core.uplink.jobs import JobState
+from tui_gcs.core.uplink.jobs import MAX_LONG_RUNNING_S, MAX_RUNNING_S, PAUSE_AFTER_S, JobState
 
 FILE = random.Random(7).randbytes(14_605)
 """As long as ArduPilot's param.pck."""
@@ -171,6 +172,78 @@ def test_cancelling_ends_the_session(tmp_path: Path) -> None:
     rig.run(1.0)
     assert job.state is JobState.CANCELLED
     assert server.session is None
+
+
+BIG = random.Random(3).randbytes(400_000)
+
+
+def slowly(server: FtpServer) -> None:
+    """Each burst has one packet, and a new one begins only with the station's next tick: 12 kB/s."""
+    server.burst_packets = 1
+
+
+@pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
+def test_a_long_download_gives_way_and_is_gone_on_with(tmp_path: Path, autopilot: int) -> None:
+    rig, server = make(tmp_path, autopilot, {"/f": BIG, "/g": b"short"})
+    slowly(server)
+    job = rig.station.services.ftp.download(1, "/f")
+    rig.run(PAUSE_AFTER_S - 1.0)
+    other = rig.station.services.ftp.read(1, "/g")
+    rig.run(0.5)
+    assert (job.state, other.state) == (JobState.RUNNING, JobState.QUEUED)
+    rig.until(lambda: other.over, 3.0)
+    assert other.data == b"short" and 0 < job.done < len(BIG)
+    rig.until(lambda: job.over, 60.0)
+    assert job.state is JobState.DONE, job.error
+    assert (tmp_path / "state" / job.path).read_bytes() == BIG
+    begins = [offset for _, op, offset, _, _ in server.asked if op == BURST]
+    assert begins.count(0) == 2, "each file was begun once"
+
+
+def test_a_paused_download_that_is_cancelled_leaves_the_other_alone(tmp_path: Path) -> None:
+    rig, server = make(tmp_path, files={"/f": BIG, "/g": BIG[:60_000]})
+    slowly(server)
+    job = rig.station.services.ftp.download(1, "/f")
+    rig.run(PAUSE_AFTER_S - 1.0)
+    other = rig.station.services.ftp.read(1, "/g")
+    rig.until(lambda: other.state is JobState.RUNNING, 3.0)
+    rig.station.comms.jobs.cancel_job(job)
+    rig.until(lambda: other.over, 20.0)
+    assert job.state is JobState.CANCELLED and other.data == BIG[:60_000]
+
+
+def test_a_file_that_changed_during_the_pause_is_bad(tmp_path: Path) -> None:
+    rig, server = make(tmp_path, files={"/f": BIG, "/g": b"short"})
+    slowly(server)
+    job = rig.station.services.ftp.download(1, "/f")
+    rig.run(PAUSE_AFTER_S - 1.0)
+    rig.station.services.ftp.read(1, "/g")
+    rig.until(lambda: job.state is JobState.QUEUED, 3.0)
+    server.files["/f"] = BIG[::-1]
+    rig.until(lambda: job.over, 60.0)
+    assert "its checksum is wrong" in job.error and job.path.endswith(".bad")
+
+
+def test_a_file_larger_than_the_free_space_ends_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The announced size is not believed: the bytes that came are counted."""
+    rig, _ = make(tmp_path, files={"/f": BIG}, announced=10)
+    monkeypatch.setattr(SafeFolder, "free_bytes", lambda self: RESERVED_BYTES + 100_000)
+    job = rig.station.services.ftp.download(1, "/f")
+    rig.until(lambda: job.over, 10.0)
+    assert job.error == "no room for more than 0 MB: free space in the state directory"
+    assert not list((tmp_path / "state/files/vehicle-1").iterdir())
+
+
+@pytest.mark.parametrize("kind", ["read", "download"])
+def test_a_file_that_never_ends_is_ended(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """300 bytes in 30 s are enough for the reader: 64 MB would take 70 days."""
+    rig, server = make(tmp_path, files={"/f": BIG})
+    slowly(server)
+    job = getattr(rig.station.services.ftp, kind)(1, "/f")
+    assert job.max_running_s in (MAX_RUNNING_S, MAX_LONG_RUNNING_S)
+    monkeypatch.setattr(job, "max_running_s", 3.0)
+    rig.until(lambda: job.over, 4.0)
+    assert job.error.startswith("not complete after") and server.ops()[-1] == TERMINATE
 
 
 def test_small_blocks_over_a_radio(tmp_path: Path) -> None:

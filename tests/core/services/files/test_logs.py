@@ -9,8 +9,8 @@ import pytest
 
 from tests.core.rigs.log_peer import LogServer
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer, ServiceRig
-from tui_gcs.core.base.safe_files import PartFile, SafeFolder
-from tui_gcs.core.services.files.log_download import RESERVED_BYTES
+from tui_gcs.core.base.safe_files import RESERVED_BYTES, PartFile, SafeFolder
+from tui_gcs.core.services.files.log_download import LogDownloadJob
 from tui_gcs.core.services.files.log_transfer import LogEntry
 from tui_gcs.core.services.files.logs import LogService
 from tui_gcs.core.uplink.jobs import PAUSE_AFTER_S, JobState
@@ -231,7 +231,7 @@ def test_a_long_download_gives_way_and_is_gone_on_with(tmp_path: Path) -> None:
 
 
 def test_a_download_that_never_ends_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tui_gcs.core.services.files.log_download.MAX_RUNNING_S", 3.0)
+    monkeypatch.setattr(LogDownloadJob, "max_running_s", 3.0)
     rig, server, logs = make(tmp_path)
     server.gap_s = 1 / 20
     job = logs.download(1, LogEntry(2, 0, 0))

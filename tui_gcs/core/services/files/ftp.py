@@ -12,12 +12,13 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT
+from tui_gcs.core.services.files.byte_ranges import ByteRanges
 from tui_gcs.core.services.files.ftp_codec import Op
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
 from tui_gcs.core.services.files.ftp_edit import CopyCheck, FtpLister, FtpOneQuestion, FtpTask, FtpWriter
 from tui_gcs.core.services.files.ftp_read import MAX_BYTES, FtpReader, MemorySink
 from tui_gcs.core.services.files.ftp_sessions import Done, FtpReaderJob, FtpSessions
-from tui_gcs.core.uplink.jobs import Job
+from tui_gcs.core.uplink.jobs import MAX_LONG_RUNNING_S, Job, JobState
 
 FALLBACK_NAME = "file"
 """The local name of a file whose name on the vehicle cannot be used here."""
@@ -62,8 +63,8 @@ class FtpJob(Job, Generic[T]):
         self.ftp.end(self.vehicle)
 
     def finish(self, error: str = "") -> None:
-        """End the job and its dialogue."""
-        if not self.over:
+        """End the job and its dialogue; while it waits the vehicle's dialogue is another job's."""
+        if self.state is JobState.RUNNING:
             self.ftp.end(self.vehicle)
         super().finish(error)
 
@@ -91,6 +92,7 @@ class FtpDownloadJob(Job):
     """Downloads a file to the station's disk and compares checksums; `path` is where it is."""
 
     takes_long = True
+    max_running_s = MAX_LONG_RUNNING_S
 
     def __init__(self, ftp: FtpSessions, vehicle: int, remote: str, on_done: Done, max_bytes: int) -> None:
         super().__init__(vehicle, f"download {clean(remote, 60)}", on_done)
@@ -103,22 +105,41 @@ class FtpDownloadJob(Job):
         self._dialogue: FtpDialogue | None = None
         self._vehicle: Vehicle | None = None
         self._check: CopyCheck | None = None
+        self._room_bytes = 0
+        """What the file may take of the disk."""
+        self._held: ByteRanges | None = None
+        """What the local file held when the job was paused."""
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """Create the local file and open the remote one."""
+        """Create the local file, or go on with the one of before the pause, and open the remote one."""
         self._vehicle = vehicle
         root = self._ftp.context.folder
         if root is None:
             self.finish("this station has no folder for downloads")
             return
+        held, self._held = self._held, None
         try:
             self._folder = SafeFolder(root / "files" / f"vehicle-{vehicle.id}")
-            self._file = file = self._folder.part(safe_name(self._remote) or FALLBACK_NAME)
+            self._file = file = self._folder.part(safe_name(self._remote) or FALLBACK_NAME, resume=held is not None)
         except FileRefused as error:
             self.finish(str(error))
             return
-        self._reader = self._ftp.reader(vehicle, self._remote, file, self._on_read, max_bytes=self._max_bytes)
+        self._room_bytes = self._folder.room_bytes() + (held.held if held is not None else 0)
+        most = min(self._max_bytes, self._room_bytes)
+        self._reader = self._ftp.reader(vehicle, self._remote, file, self._on_read, max_bytes=most, ranges=held)
         self._reader.begin()
+
+    def pause(self) -> bool:
+        """Close the session and keep what has arrived; what the vehicle makes anew for each read cannot be resumed."""
+        if self._reader is None or self._file is None or self._folder is None or self._is_virtual:
+            return False
+        self._held = self._reader.ranges
+        self._reader.abort()
+        self._ftp.end(self.vehicle)
+        self._file.keep()
+        self._folder.close()
+        self._reader = self._file = self._folder = None
+        return True
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """Read on, then compare the checksums."""
@@ -142,22 +163,28 @@ class FtpDownloadJob(Job):
 
     def finish(self, error: str = "") -> None:
         """End the job and its dialogue; what is incomplete is discarded."""
-        if not self.over:
+        if self.state is JobState.RUNNING:
             self._ftp.end(self.vehicle)
             self._drop()
         super().finish(error)
 
+    @property
+    def _is_virtual(self) -> bool:
+        """Whether ArduPilot generates the file anew for each read: a checksum of it proves nothing."""
+        return self._remote.lstrip("/").startswith("@")
+
     def _on_read(self, error: str) -> None:
         reader, self._reader = self._reader, None
         if error or reader is None or self._vehicle is None:
+            if reader is not None and reader.too_large and self._room_bytes < self._max_bytes:
+                error = f"no room for more than {self._room_bytes / 1e6:.0f} MB: free space in the state directory"
             if error.startswith("cannot be written here"):
                 text = f"{self.name}: {error}"
                 self._ftp.context.events.report(EventClass.PROCESSING, f"vehicle {self.vehicle}", text, ALERT)
             self.finish(error)
             return
         self.done = self.total = reader.ranges.held
-        # ArduPilot generates these files anew for each read, so a checksum proves nothing.
-        if self._remote.lstrip("/").startswith("@"):
+        if self._is_virtual:
             self._settle(good=True)
             return
         # The checksum is requested in a new dialogue: the reader has closed its session.
@@ -211,7 +238,10 @@ class FtpService(FtpSessions):
         self, vehicle: int, path: str, data: bytes, on_done: Done = None, *, verify: bool = True
     ) -> FtpJob[FtpWriter]:
         """Submit a job that writes a file. With `verify` the vehicle's checksum of it must match."""
-        return self._submit("write", vehicle, FtpWriter(path, data, verify=verify), on_done)
+        job = self._submit("write", vehicle, FtpWriter(path, data, verify=verify), on_done)
+        # 4 MB over a radio of 1 kB/s are more than an hour.
+        job.max_running_s = MAX_LONG_RUNNING_S
+        return job
 
     def remove(self, vehicle: int, path: str, on_done: Done = None) -> FtpJob[FtpOneQuestion]:
         """Submit a job that removes a file."""

@@ -92,6 +92,8 @@ class FtpReader:
         """The size that the vehicle announced, 0 if it is not plausible. It is only displayed."""
         self.nak = 0
         """The vehicle's error code if it refused to open the file, else 0."""
+        self.too_large = False
+        """It ended because the file is longer than what may be read."""
         self._end: int | None = None
         self._requested_at = 0
         self._near_end = False
@@ -234,6 +236,7 @@ class FtpReader:
         """Store some bytes. False if they were not taken."""
         start, _ = self.ranges.first_gap()
         if offset + len(data) > self._max_bytes and offset <= start + WINDOW_BYTES:
+            self.too_large = True
             self.fail(f"larger than {self._max_bytes} bytes: not read on")
             return False
         # Far offsets would make a file with holes of any size on the disk (docs/threats.md B.6-89).

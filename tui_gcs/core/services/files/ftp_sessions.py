@@ -12,7 +12,7 @@ from tui_gcs.core.services.files.byte_ranges import ByteRanges
 from tui_gcs.core.services.files.ftp_codec import Op
 from tui_gcs.core.services.files.ftp_dialogue import FIRST_TRIES, FtpDialogue
 from tui_gcs.core.services.files.ftp_read import MAX_BYTES, FtpReader, Sink
-from tui_gcs.core.uplink.jobs import Job
+from tui_gcs.core.uplink.jobs import Job, JobState
 
 MESSAGE = "FILE_TRANSFER_PROTOCOL"
 CHANGES = frozenset({Op.CREATE, Op.WRITE, Op.REMOVE})
@@ -118,7 +118,7 @@ class FtpReaderJob(Job):
         self._ftp.end(self.vehicle)
 
     def finish(self, error: str = "") -> None:
-        """End the job and its dialogue."""
-        if not self.over:
+        """End the job and its dialogue; while it waits the vehicle's dialogue is another job's."""
+        if self.state is JobState.RUNNING:
             self._ftp.end(self.vehicle)
         super().finish(error)

@@ -10,7 +10,7 @@ from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogLister, LogPart
-from tui_gcs.core.uplink.jobs import Job
+from tui_gcs.core.uplink.jobs import MAX_LONG_RUNNING_S, Job
 from tui_gcs.core.uplink.rtt_estimator import RttEstimator
 
 FRAME_BYTES = 90
@@ -26,16 +26,13 @@ MAX_SINGLE_GAPS = 16
 MAX_SILENCES = 10
 # A download that was cut off goes on from here; saving each frame would wear the disk.
 SAVE_EVERY_BYTES = 2 << 20
-RESERVED_BYTES = 512 << 20
-"""Space on the disk that a log may not take: the station writes its own logs there."""
-MAX_RUNNING_S = 4 * 3600.0
-"""Longest download without a pause; what has come is kept for the next one."""
 
 
 class LogDownloadJob(Job):
     """Downloads one log into a file; `path` is where it is once it is done."""
 
     takes_long = True
+    max_running_s = MAX_LONG_RUNNING_S
 
     def __init__(
         self, channel: LogChannel, vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
@@ -76,11 +73,8 @@ class LogDownloadJob(Job):
         if self._lister is not None:
             self._lister.tick(now)
             self._look_entry(vehicle, now)
-        elif self._part is not None and not self.over:
-            if now - self.begun_s > MAX_RUNNING_S:
-                self.finish(f"not complete after {MAX_RUNNING_S / 3600:.0f} h: download it again to go on")
-            elif now >= self._due_s:
-                self._silent(vehicle, now)
+        elif self._part is not None and not self.over and now >= self._due_s:
+            self._silent(vehicle, now)
 
     def pause(self) -> bool:
         """Keep what has arrived, and begin again with the entry when the turn comes back."""
@@ -133,9 +127,9 @@ class LogDownloadJob(Job):
         except FileRefused as error:
             self.finish(str(error))
             return
-        free = self._part.free_bytes() - RESERVED_BYTES
+        free = self._part.room_bytes()
         if self.entry.size - self._part.ranges.held > free:
-            room = f"{self.entry.size / 1e6:.0f} MB announced, room for {max(0, free) / 1e6:.0f} MB"
+            room = f"{self.entry.size / 1e6:.0f} MB announced, room for {free / 1e6:.0f} MB"
             self.finish(f"{room}: free space in the state directory")
             return
         self.done = self._saved = self._part.ranges.held

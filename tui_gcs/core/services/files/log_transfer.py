@@ -182,9 +182,9 @@ class LogPart:
                 self.ranges.add(offset, offset + len(data))
         self.file.write(offset, data)
 
-    def free_bytes(self) -> int:
-        """The space that is left on the disk of the folder."""
-        return self._folder.free_bytes()
+    def room_bytes(self) -> int:
+        """The space that the log may take on the disk of the folder."""
+        return self._folder.room_bytes()
 
     def save(self) -> None:
         """Write down how much is there. A failure costs only the resuming."""
