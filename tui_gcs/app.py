@@ -34,6 +34,7 @@ from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct
 from tui_gcs.feed.feed import PERIOD_S, Feed
 from tui_gcs.feed.messages import DisplayLagged, FleetUpdated, StatusUpdated
 from tui_gcs.feed.notices import NOTICE_S, Notice, NoticeBoard, Severity
+from tui_gcs.feed.plots.value_recorder import ValueRecorder
 from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
 from tui_gcs.screens.common.time_dialog import TimeDialog
 from tui_gcs.screens.common.tiny_screen import MIN_COLUMNS, MIN_ROWS, TinyScreen
@@ -106,6 +107,7 @@ class ConsoleApp(TerminalApp):
         self.commands.unapplied = lambda: self._plan.model.changes if self._plan is not None else 0
         self.bell_rings = AlarmBell()
         self._acknowledgement = AlarmAcknowledgement(parts, self.commands.ask_quietly)
+        self.recorder = ValueRecorder(self.feed.requests)
         self._garbage = IdleGarbage()
         self._entry = SelectionEntry(parts, options.groups, self.keymap, self._prompt)
         self.keys = KeyInput(
@@ -123,6 +125,7 @@ class ConsoleApp(TerminalApp):
         self.add_mode("inspector", self._inspector_screen)
         self.add_mode("links", self._links_screen)
         self.add_mode("tasks", self._tasks_screen)
+        self.add_mode("plots", self._plots_screen)
 
     def _fly_screen(self) -> Screen[None]:
         screen = FlyScreen(self.feed, glyphs=self.glyphs)
@@ -176,6 +179,11 @@ class ConsoleApp(TerminalApp):
 
         return TasksScreen(self.feed, self.clock, glyphs=self.glyphs)
 
+    def _plots_screen(self) -> Screen[None]:
+        from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
+
+        return LivePlotsScreen(self.feed, self.recorder, folder=self.options.folder, glyphs=self.glyphs)
+
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""
         loop = asyncio.get_running_loop()
@@ -198,13 +206,15 @@ class ConsoleApp(TerminalApp):
         self._garbage.end()
         self.feed.close()
 
-    def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Compare with telemetry what was ordered."""
+    def on_fleet_updated(self, message: FleetUpdated) -> None:
+        """Record telemetry for plots, and compare with it what was ordered."""
+        self.recorder.take_frame(message.frame)
         self.results.update()
 
     def on_status_updated(self, message: StatusUpdated) -> None:
         """Ring for alarms, and refuse to command a station of another kind than this console was opened for."""
         self._acknowledgement.update()
+        self.recorder.take_status(message.status)
         if self.bell_rings.rings(message.status.alarms, self.clock.now()):
             self.bell()
         kind = message.status.kind

@@ -6,6 +6,7 @@ from tui_gcs.actions.link_actions import LINK_ACTIONS
 from tui_gcs.actions.mission_actions import MISSION_ACTIONS
 from tui_gcs.actions.parameter_actions import PARAMETER_ACTIONS
 from tui_gcs.actions.plan_actions import PLAN_ACTIONS
+from tui_gcs.actions.plot_actions import PLOT_ACTIONS
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.task_actions import TASK_ACTIONS
@@ -23,4 +24,5 @@ SCOPES = {
     "links": LINK_ACTIONS,
     "tasks": TASK_ACTIONS,
     REPLAY_SCOPE: REPLAY_ACTIONS,
+    "plots": PLOT_ACTIONS,
 }

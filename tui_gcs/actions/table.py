@@ -52,6 +52,7 @@ MENU_SCREENS = (
     ("p", "parameters", "Parameters", "search, compare, set, copy, load, save"),
     ("i", "inspector", "Inspector", "every message live: rates, fields, bytes; what was dropped"),
     ("l", "links", "Links", "losses, rates, radios of every path; add, close; partners"),
+    ("g", "plots", "Plots", "any value of any vehicles over time, live; panes, cursor, saved views"),
     ("t", "tasks", "Tasks", "what goes on, cancel; people who are connected, hand over control"),
 )
 """Screens without a key of their own: letter in the menu of `S`, mode, name, what is on it."""

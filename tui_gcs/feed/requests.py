@@ -8,7 +8,7 @@ from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as wire
 from tui_gcs.core.protocol.base import StopRequest
 from tui_gcs.core.protocol.bus import Bus, BusError
-from tui_gcs.core.protocol.inspection import GetMessages
+from tui_gcs.core.protocol.inspection import GetMessages, GetValues
 from tui_gcs.core.protocol.link_report import GetLinks
 from tui_gcs.core.protocol.people import GetPeople
 from tui_gcs.core.protocol.replay import ControlReplay
@@ -52,6 +52,7 @@ READING = (
     GetTaskResult,
     GetTasks,
     GetTraffic,
+    GetValues,
     GetVehicles,
 )
 """Requests that command nothing: a read-only console may send them."""

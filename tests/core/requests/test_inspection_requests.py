@@ -1,6 +1,9 @@
 """What the inspector is shown of received frames, and rates that operators ask for."""
 
+import math
 from pathlib import Path
+
+import pytest
 
 from tests.core.rigs.service_asking import ask, ended, refusal, task
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
@@ -8,6 +11,7 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol import inspection as p
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.common import ReplyCode
+from tui_gcs.core.services.parameters.param_values import Parameter
 
 HEARTBEAT, ATTITUDE, POSITION, RAW_IMU, STATUSTEXT, SETUP_SIGNING = 0, 30, 33, 27, 253, 256
 SET_INTERVAL = 511
@@ -163,3 +167,43 @@ def test_a_rate_under_way_can_be_cancelled(tmp_path: Path) -> None:
     assert ask(rig, s.CancelTask(number)).ok
     rig.run(10.0)
     assert task(rig, number).state == "cancelled"
+
+
+def values(rig: ServiceRig, *keys: p.ValueKey) -> list[tuple[float, float]]:
+    return [(row.t_s, row.value) for row in ask(rig, p.GetValues(keys)).values]
+
+
+def test_values_of_fields_and_parameters_come_with_their_times(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Peer(1, alt_rel_mm=12_500), Peer(2, alt_rel_mm=3_000)).heard()
+    rig.station.parts.services.params.table(1).put(Parameter("WPNAV_SPEED", 500.0, 9))
+    found = values(
+        rig,
+        p.ValueKey(1, "GLOBAL_POSITION_INT.relative_alt"),
+        p.ValueKey(2, "GLOBAL_POSITION_INT.relative_alt"),
+        p.ValueKey(1, "WPNAV_SPEED", is_parameter=True),
+    )
+    assert [value for _, value in found] == [12_500.0, 3_000.0, 500.0]
+    assert all(0.0 <= rig.clock.now() - t_s < 0.5 for t_s, _ in found)
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        p.ValueKey(9, "ATTITUDE.roll"),
+        p.ValueKey(1, "NO_SUCH.roll"),
+        p.ValueKey(1, "GLOBAL_POSITION_INT.nothing"),
+        p.ValueKey(1, "GLOBAL_POSITION_INT"),
+        p.ValueKey(1, "GLOBAL_POSITION_INT.lat[99999999999999999999]"),
+        p.ValueKey(1, "SETUP_SIGNING.initial_timestamp"),
+        p.ValueKey(1, "NO_PARAM", is_parameter=True),
+    ],
+)
+def test_a_value_that_was_not_received_is_not_known(tmp_path: Path, key: p.ValueKey) -> None:
+    rig = ServiceRig(tmp_path, Peer(1)).heard()
+    assert all(map(math.isnan, values(rig, key)[0]))
+
+
+def test_too_many_values_at_once_are_refused(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Peer(1)).heard()
+    reply = ask(rig, p.GetValues((p.ValueKey(1, "ATTITUDE.roll"),) * (p.MAX_VALUES + 1)))
+    assert not reply.ok and "at most 128" in reply.text

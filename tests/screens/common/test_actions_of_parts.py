@@ -11,6 +11,7 @@ from tui_gcs.actions.scopes import SCOPES
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.plots.value_recorder import ValueRecorder
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.inspect.inspector_screen import InspectorScreen
 from tui_gcs.screens.links.links_screen import LinksScreen
@@ -18,6 +19,7 @@ from tui_gcs.screens.logs.journal_screen import JournalScreen
 from tui_gcs.screens.missions.missions_screen import MissionsScreen
 from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
 from tui_gcs.screens.plan.plan_screen import PlanScreen
+from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
 from tui_gcs.screens.tasks.tasks_screen import TasksScreen
 from tui_gcs.screens.vehicles.vehicles_screen import VehiclesScreen
 
@@ -38,6 +40,8 @@ def screen_of(scope: str) -> Screen:
     }
     if scope in drafts:
         return drafts[scope](feed, clock)
+    if scope == "plots":
+        return LivePlotsScreen(feed, ValueRecorder(feed.requests))
     return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen}[scope](feed)
 
 

@@ -23,7 +23,14 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.core.protocol.inspection import GetMessages, Inspection, MessageDetail, SetMessageRate
+from tui_gcs.core.protocol.inspection import (
+    GetMessages,
+    GetValues,
+    Inspection,
+    MessageDetail,
+    SetMessageRate,
+    ValueRow,
+)
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
@@ -100,6 +107,8 @@ class FakeStation:
     doubts: str = ""
     """Why a message rate has to be meant."""
     dropped: dict[str, int] = field(default_factory=dict)
+    values: dict[str, float] = field(default_factory=dict)
+    """Numbers that every vehicle has sent, by field or parameter."""
     planners: tuple[m.PlannerInfo, ...] = ()
     preflight: tuple[Check, ...] = ()
     metrics: dict[str, float] = field(default_factory=dict)
@@ -374,6 +383,13 @@ class FakeStation:
         found = msgspec.structs.replace(found, t_s=self.t_s, rows=rows, detail=detail)
         return s.ServiceReply(ok=True, inspection=found)
 
+    def _values(self, request: GetValues) -> s.ServiceReply:
+        rows = (
+            ValueRow(self.t_s if key.name in self.values else NAN, self.values.get(key.name, NAN))
+            for key in request.keys
+        )
+        return s.ServiceReply(ok=True, values=tuple(rows))
+
     def _set_rate(self, request: SetMessageRate) -> s.ServiceReply:
         if self.doubts and not request.sure:
             results = (m.VehicleResult(v, False, self.doubts, m.ReplyCode.NOT_CONFIRMED) for v in request.vehicles)
@@ -463,6 +479,7 @@ class FakeStation:
             m.CancelPreview,
             GetTraffic,
             GetMessages,
+            GetValues,
             GetLinks,
             GetPeople,
             AskPayloads,
@@ -494,6 +511,7 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     s.GetModes: FakeStation._modes,
     s.GetOnBoard: FakeStation._on_board,
     GetMessages: FakeStation._messages,
+    GetValues: FakeStation._values,
     GetLinks: FakeStation._links,
     GetPeople: lambda station, _: s.ServiceReply(ok=True, people=station.people),
     HandOver: FakeStation._hand_over,

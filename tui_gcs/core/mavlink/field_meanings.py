@@ -4,6 +4,7 @@ Only people need them, so they are not on the receiving path: importing pymavlin
 which happens with the first call here.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -104,6 +105,18 @@ def value_words(value: FieldValue, meaning: FieldMeaning, type_: str = "") -> tu
         # Adding 0.0 takes the sign off a negative zero.
         return sent, f"{round(value * factor, decimals) + 0.0:.{decimals}f} {unit}"
     return sent, ""
+
+
+def usual_unit(unit: str) -> tuple[str, float]:
+    """Return the unit that people read for a unit of MAVLink, and the factor to it."""
+    name, factor, _ = _SCALED.get(unit, (unit, 1.0, 0))
+    return name, factor
+
+
+def usual_value(value: float, meaning: FieldMeaning, type_: str) -> float:
+    """Return a field's number in the unit of `usual_unit`; NaN for the number that means "not known"."""
+    _, factor = usual_unit(meaning.unit)
+    return math.nan if meaning.unit in _SCALED and value == _NOT_SENT.get(type_) else value * factor
 
 
 def _names(value: int, meaning: FieldMeaning) -> str:

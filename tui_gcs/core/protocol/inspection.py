@@ -12,6 +12,8 @@ MAX_ROWS = 1000
 """Rows of one answer: 50 vehicles with 20 kinds of messages each. A row takes 9 µs of the station's tick."""
 MAX_SOURCES = 200
 """Senders' addresses in one answer."""
+MAX_VALUES = 128
+"""Values in one answer: a picture has at most eight curves in each of six panes."""
 MAX_RATE_HZ = 200.0
 """Autopilots send nothing faster than their main loop; ArduPilot keeps intervals in whole milliseconds."""
 
@@ -108,6 +110,30 @@ class GetMessages(Request, frozen=True, tag="get-messages"):
     vehicles: Vehicles = ()
     detail: MessageKey | None = None
     """The message whose newest frame is wanted, too."""
+
+
+class ValueKey(Message, frozen=True):
+    """One number that a vehicle has sent: a field of a message, or a parameter."""
+
+    vehicle: int
+    name: str
+    """`ATTITUDE.roll`, `BATTERY_STATUS.voltages[0]`, or the name of a parameter."""
+    is_parameter: bool = False
+
+
+class ValueRow(Message, frozen=True):
+    """The newest value of a key; NaN where it was not received."""
+
+    t_s: float
+    """When it arrived, in station time; of a parameter: now."""
+    value: float
+    """In MAVLink's own scaling."""
+
+
+class GetValues(Request, frozen=True, tag="get-values"):
+    """The newest values of these keys, in their order (`ServiceReply.values`); for curves over time."""
+
+    keys: tuple[ValueKey, ...]
 
 
 class SetMessageRate(VehicleRequest, frozen=True, tag="set-message-rate"):

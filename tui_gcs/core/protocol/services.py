@@ -14,7 +14,7 @@ from tui_gcs.core.protocol import flight, setup
 from tui_gcs.core.protocol.base import Message, Request, Vec3, VehicleRequest, Vehicles
 from tui_gcs.core.protocol.common import AnyRequest as StationRequest
 from tui_gcs.core.protocol.common import Reply, decode
-from tui_gcs.core.protocol.inspection import GetMessages, Inspection, SetMessageRate
+from tui_gcs.core.protocol.inspection import GetMessages, GetValues, Inspection, SetMessageRate, ValueRow
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
 from tui_gcs.core.protocol.setup import Number
@@ -256,6 +256,7 @@ class ServiceReply(Reply, frozen=True):
     inspection: Inspection | None = None
     link_report: LinkReport | None = None
     people: tuple[PersonRow, ...] = ()
+    values: tuple[ValueRow, ...] = ()
 
 
 class GetVehicles(Request, frozen=True, tag="get-vehicles"):
@@ -420,6 +421,7 @@ Look = (
     | GetTaskResult
     | setup.Look
     | GetMessages
+    | GetValues
     | GetLinks
     | GetPeople
 )

@@ -1,9 +1,11 @@
-"""Requests of the message inspector: what is received, the newest frame of one message, and a rate for it.
+"""Requests of inspector and plots: what is received, the newest frame or value of messages, and a rate for them.
 
 Nothing here collects: an answer is read from the intake, which holds the newest frame of every kind anyway.
 """
 
+import math
 from collections.abc import Iterator
+from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
@@ -23,6 +25,7 @@ from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.station.assembly import StationParts
 
 MAX_BAD_CRC_NAMES = 4
+UNKNOWN_VALUE = p.ValueRow(math.nan, math.nan)
 KEY_REMARK = "it holds a key: neither fields nor bytes are shown"
 
 
@@ -36,8 +39,11 @@ class InspectionRequests:
         self.acts: dict[type, VehicleAct] = {p.SetMessageRate: VehicleAct(self._set_rate, _rate_words)}
 
     def handlers(self) -> dict[type, RequestHandler]:
-        """The entry of the request table that only looks."""
-        return {p.GetMessages: RequestHandler(Access.LOOK, lambda _, request: self._messages(request))}
+        """The entries of the request table that only look."""
+        return {
+            p.GetMessages: RequestHandler(Access.LOOK, lambda _, request: self._messages(request)),
+            p.GetValues: RequestHandler(Access.LOOK, lambda _, request: self._values(request)),
+        }
 
     def _messages(self, request: p.GetMessages) -> ServiceReply:
         now = self._parts.records.clock.now()
@@ -66,6 +72,28 @@ class InspectionRequests:
                 detail=_detail(request.detail, held) if request.detail is not None and held is not None else None,
             ),
         )
+
+    def _values(self, request: p.GetValues) -> ServiceReply:
+        if len(request.keys) > p.MAX_VALUES:
+            return ServiceReply(ok=False, text=f"{len(request.keys)} values at once: ask for at most {p.MAX_VALUES}")
+        # Several fields of one message are read from it once.
+        decoded: dict[tuple[int, str], tuple[float, dict[str, Any]]] = {}
+        return ServiceReply(ok=True, values=tuple(self._value(key, decoded) for key in request.keys))
+
+    def _value(self, key: p.ValueKey, decoded: dict[tuple[int, str], tuple[float, dict[str, Any]]]) -> p.ValueRow:
+        vehicle = self._fleet.vehicles.get(key.vehicle)
+        if vehicle is None:
+            return UNKNOWN_VALUE
+        if key.is_parameter:
+            param = self._parts.services.params.table(vehicle.id).params.get(key.name)
+            return p.ValueRow(self._parts.records.clock.now(), float(param.value)) if param else UNKNOWN_VALUE
+        message, _, field = key.name.partition(".")
+        if (vehicle.id, message) not in decoded:
+            slot = newest_slot(vehicle, message)
+            decoded[vehicle.id, message] = (slot.t_s, slot.fields()) if slot is not None else (math.nan, {})
+        t_s, fields = decoded[vehicle.id, message]
+        value = element(fields, field)
+        return p.ValueRow(t_s, value) if value is not None else UNKNOWN_VALUE
 
     def _sources(self) -> list[Source]:
         """All senders' addresses, those with vehicles first: a forger can send from many."""
@@ -108,6 +136,31 @@ class InspectionRequests:
         task.stop = stop
         rates.set_rate(vehicle, message, OperatorRate(hz, task.end))
         return ""
+
+
+def newest_slot(vehicle: Vehicle, message: str) -> Slot | None:
+    """Return the newest frame of a message over the vehicle's used paths; its autopilot's come before others."""
+    layout = dialect.layout_named(message)
+    if layout is None or layout.msgid in KEYS:
+        return None
+    found = [
+        slot
+        for path in vehicle.used_paths()
+        for slot in _slots(path.source)
+        if slot.msgid == layout.msgid and slot.owner is vehicle
+    ]
+    return max(found, key=lambda slot: (slot.component == vehicle.component, slot.t_s), default=None)
+
+
+def element(fields: dict[str, Any], name: str) -> float | None:
+    """Return a field, or `name[index]` of one, as a number; None if there is no such number."""
+    name, bracket, index = name.removesuffix("]").partition("[")
+    value = fields.get(name)
+    if bracket:
+        # At most three digits: payloads have 255 bytes, and a number of thousands of digits cannot be converted.
+        at = int(index) if index.isdecimal() and len(index) <= 3 else math.inf
+        value = value[int(at)] if isinstance(value, tuple) and at < len(value) else None
+    return float(value) if isinstance(value, int | float) else None
 
 
 def address_text(source: Source) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tui_gcs.core.records.time_series import value_at
 from tui_gcs.widgets.basics.border_titles import framed, set_title
+from tui_gcs.widgets.basics.glyphs import Dots, next_dots
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, cut
@@ -57,6 +58,8 @@ class PlotPane(LinesView):
     def __init__(self, **options: object) -> None:
         """Begin without curves."""
         super().__init__(**options)  # type: ignore[arg-type]
+        self.dots: Dots = self.glyphs.dots
+        """How curves are drawn."""
         self._content: PaneContent | None = None
         self._scale: PlotScale | None = None
         self._scaled: tuple[object, ...] = ()
@@ -67,6 +70,11 @@ class PlotPane(LinesView):
         self._content = content
         if str(self.border_title or "") != title:
             set_title(self, title)
+        self.update_lines()
+
+    def next_dots(self) -> None:
+        """Draw in another way: the terminal's font may not have the signs."""
+        self.dots = next_dots(self.dots) if self.glyphs.unicode else self.glyphs.dots
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
@@ -111,7 +119,7 @@ class PlotPane(LinesView):
     def _graph(self, content: PaneContent, span: PlotSpan, columns: int, rows: int) -> list[list[Run]]:
         """Return the runs of each row of the curves."""
         raster = DotRaster(columns, rows)
-        dots = self.glyphs.dots
+        dots = self.dots
         for at, curve in enumerate(content.curves):
             draw_curve(raster, curve, at, span, dashed=dots != "letters")
         codes, inks = raster.codes(dots, LETTER_CODES), raster.inks.copy()
