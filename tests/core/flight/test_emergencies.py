@@ -6,6 +6,7 @@ from itertools import chain
 
 import pytest
 
+from sitl.common.missions import CIRCLE_IN, Item
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.flight.emergency_monitor import RECOVERED_S
 from tui_gcs.core.flight.flights import TakenOut
@@ -233,6 +234,22 @@ def test_a_fence_breach_on_board_is_a_warning(rig: MakeRig, action: int, text: s
     raised = {alarm.cause: alarm for alarm in flight.station.alarms.alarms()}
     assert raised["fence"].level is AlarmLevel.WARNING and raised["fence"].vehicles == (2,)
     assert alarms(flight)["fence"] == text
+
+
+@pytest.mark.parametrize(("action", "cause"), [(1, "fence"), (3, "failsafe")])
+def test_a_fence_breach_on_board_of_a_px4_is_a_warning_too(rig: MakeRig, action: int, cause: str) -> None:
+    """With GF_ACTION 1 it only reports the breach, once, and that was a caution. With 3 it returns."""
+    flight = rig(3, autopilots="px4").flying().run(10.0)
+    pilot, here = flight.sim._pilots[flight.sim_index[2]], flight.station.picture.fleet.vehicles[2].telemetry
+    pilot.platform.params.set("GF_ACTION", float(action))
+    lat, lon = round(1e7 * here.lat_deg) - 10_000, round(1e7 * here.lon_deg)
+    pilot.platform.plans.in_force = [[Item(CIRCLE_IN, p1=30.0, x=lat, y=lon)]]
+    pilot.fence.changed()
+    flight.run(4.0)
+    raised = {alarm.cause: alarm for alarm in flight.station.alarms.alarms()}
+    assert raised.keys() & {"fence", "failsafe", "report", "left"} == {cause}
+    assert raised[cause].level is AlarmLevel.WARNING and raised[cause].vehicles == (2,)
+    assert alarms(flight)[cause].endswith("Geofence: approaching or outside geofence")
 
 
 def test_one_that_another_station_disarms_in_the_air_is_no_landed_one(rig: MakeRig) -> None:

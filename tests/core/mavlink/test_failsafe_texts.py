@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.core.mavlink.failsafe_texts import failsafe_words, is_of_failsafe
+from tui_gcs.core.mavlink.failsafe_texts import failsafe_words, is_fence_breach, is_of_failsafe
 
 HOLD_FIRST = "Failsafe activated: entering Hold for 5 seconds"
 
@@ -42,3 +42,19 @@ def test_the_part_that_says_why(said: list[str], why: str) -> None:
 def test_a_notice_of_a_fence_is_kept_as_a_reason() -> None:
     assert is_of_failsafe("Circle fence breached")
     assert not is_of_failsafe("EKF3 IMU1 switching to compass 2")
+
+
+@pytest.mark.parametrize(
+    ("text", "is_one"),
+    [
+        ("Circle and Polygon fences breached", True),
+        ("Geofence: approaching or outside geofence", True),
+        ("Geofence: exceeding maximum distance to Home", True),
+        ("Fence breach cleared", False),
+        ("Geofence violation for waypoint 2", False),
+        ("Geofence invalid, doesn't contain Home position", False),
+        ("Reposition is outside geofence", False),
+    ],
+)
+def test_a_breach_of_a_fence_is_told_from_a_plan_that_would_breach_it(text: str, is_one: bool) -> None:
+    assert is_fence_breach(text) is is_one

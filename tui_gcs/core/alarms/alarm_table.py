@@ -13,6 +13,7 @@ from typing import Any
 from tui_gcs.core.alarms.causes import BY_ID, EVENT_CAUSES, MAX_SHELVED_MIN, RANK, Cause
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.mavlink.failsafe_texts import is_fence_breach
 from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, vehicles_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, JournalEvent, Reply, Shelve, Unshelve
 from tui_gcs.core.records.event_log import ALERT, CRITICAL, INFO, NOTICE, WARNING, EventLog
@@ -107,6 +108,9 @@ class AlarmTable:
         if on_ground and isinstance(subject, int) and event.cls in (EventClass.VEHICLE, EventClass.SENSOR):
             return
         cause = "alert" if event.severity <= ALERT else "report"
+        # A PX4 whose fence only warns (GF_ACTION 1) reports a breach by this text alone.
+        if isinstance(subject, int) and event.cls is EventClass.VEHICLE and is_fence_breach(event.text):
+            cause = "fence"
         self._from_events[(cause, subject)] = (event.t_s, event.text)
 
     def look(self, findings: Iterable[AlarmFinding]) -> None:

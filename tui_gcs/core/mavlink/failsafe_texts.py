@@ -14,12 +14,18 @@ _OF_ONE = re.compile(r"failsafe|: switching to |fences? breached", re.IGNORECASE
 _SAYS_WHY = re.compile(
     r"^(?:Failsafe activated: )?(?!entering |Failsafe activated)(.+?)(: switching to .*|, switching to .*)$"
 )
+_OF_FENCE = re.compile(r"^Geofence: |fences? breached")
 _GENERAL = re.compile(r"^Failsafe activated(: (entering|switching to) .*)?$")
 
 
 def is_of_failsafe(text: str) -> bool:
     """Return whether `text` reports a failsafe or the reason of one."""
     return _OF_ONE.search(text) is not None
+
+
+def is_fence_breach(text: str) -> bool:
+    """Return whether `text` reports that the vehicle is outside of its own fence, or about to leave it."""
+    return _OF_FENCE.search(text) is not None
 
 
 def is_news(words: str) -> bool:
