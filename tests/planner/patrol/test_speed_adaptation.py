@@ -15,6 +15,7 @@ from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol.common import Intent, TeamPlan
 from tui_gcs.planner.patrol.patrol import Patrol
 from tui_gcs.planner.patrol.speed_adaptation import (
+    FIRST_TRY_S,
     MAX_TRY_S,
     MIN_SHARE,
     OFF_COURSE_M,
@@ -85,13 +86,14 @@ def test_without_vehicles_on_slots_nothing_is_judged() -> None:
     assert tempo.wanted == 1.0
 
 
-def test_faster_is_tried_after_five_minutes_and_later_each_time_it_fails() -> None:
+def test_faster_is_tried_soon_and_after_a_failure_later_each_time() -> None:
+    """As in a steady wind: at full speed the vehicles are beside their slots, a step slower they are not."""
     tempo = SpeedAdaptation()
     t_s = judged(tempo, 0.0, 4.0, 6.0)
     assert tempo.wanted == SLOWER
-    t_s = judged(tempo, t_s, t_s + SETTLES_S + TRY_S - 5.0, 0.5)
+    t_s = judged(tempo, t_s, t_s + SETTLES_S + FIRST_TRY_S - 5.0, 0.5)
     assert tempo.wanted == SLOWER
-    for wait_s in (TRY_S, 2 * TRY_S, 4 * TRY_S, MAX_TRY_S, MAX_TRY_S):
+    for wait_s in (FIRST_TRY_S, TRY_S, 2 * TRY_S, 4 * TRY_S, MAX_TRY_S, MAX_TRY_S):
         assert tempo.try_s == wait_s
         t_s = judged(tempo, t_s, t_s + SETTLES_S + wait_s, 0.5)
         assert tempo.wanted == 1.0
@@ -99,8 +101,33 @@ def test_faster_is_tried_after_five_minutes_and_later_each_time_it_fails() -> No
         assert tempo.wanted == SLOWER
 
 
-def test_faster_is_tried_at_once_when_the_cause_is_gone() -> None:
-    """A patrol in still air stayed slow for a whole round."""
+def test_the_full_speed_is_back_within_forty_seconds_when_the_cause_is_gone() -> None:
+    """Seen in still air: one vehicle was beside its way for three seconds, and the patrol stayed slow for a round."""
+    tempo = SpeedAdaptation()
+    t_s = judged(tempo, 0.0, 4.0, 3.0)
+    assert tempo.wanted == SLOWER
+    t_s = judged(tempo, t_s, t_s + 40.0, 0.2)
+    assert tempo.wanted == tempo.share == 1.0
+
+
+def test_a_faster_step_that_lasted_is_no_failure_later() -> None:
+    tempo = SpeedAdaptation()
+    t_s = 0.0
+    for _ in range(3):
+        t_s = judged(tempo, t_s, t_s + SETTLES_S + 4.0, 6.0)
+        assert tempo.wanted == SLOWER and tempo.try_s == FIRST_TRY_S, "another gust, as long after the last one"
+        t_s = judged(tempo, t_s, t_s + 40.0 + TRY_S + SETTLES_S, 0.2)
+        assert tempo.wanted == 1.0 and not tempo.tried
+
+
+def test_after_failures_a_tempo_that_lasts_begins_anew() -> None:
+    """The wind has calmed down: after that it is searched for as if nothing had failed."""
+    tempo = SpeedAdaptation(SLOWER, SLOWER, try_s=4 * TRY_S)
+    judged(tempo, 0.0, 4 * TRY_S + TRY_S + 3 * SETTLES_S, 0.2)
+    assert (tempo.wanted, tempo.try_s) == (1.0, FIRST_TRY_S)
+
+
+def test_faster_is_tried_at_once_when_the_vehicle_that_slowed_it_has_left() -> None:
     tempo = SpeedAdaptation()
     t_s = judged(tempo, 0.0, 4.0, 6.0)
     tempo.blame(1.0, 7, {6, 7})
