@@ -5,7 +5,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from tui_gcs.core.base.directories import socket_path
@@ -66,9 +66,9 @@ def station_in(folder: Path, begin: Callable[[], object]) -> Iterator[Watcher]:
     os.environ["TUI_GCS_STATE_DIR"] = str(folder / "state")
     try:
         begin()
-        bus = join(20.0)
-        yield Watcher(bus)
-        bus.close()
+        # A process that exits with an open session of Zenoh can hang, so it is closed after a failure, too.
+        with closing(join(20.0)) as bus:
+            yield Watcher(bus)
     finally:
         for part in ("tui_gcs.client.launcher", "tui_gcs.core.process.station_process", "sitl.launch.simulated"):
             for pid in processes(part):
