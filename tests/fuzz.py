@@ -9,12 +9,13 @@ import sys
 import time
 
 
-def main(hours: float) -> int:
-    """Run rounds; 1 after a failure."""
+def main(hours: float, cases: str = "") -> int:
+    """Run rounds of all cases, or of those that pytest's `-k` chooses by `cases`; 1 after a failure."""
     end_s, seed = time.monotonic() + 3600.0 * hours, int(time.time())
     rounds = 0
     while rounds == 0 or time.monotonic() < end_s:
         command = [sys.executable, "-m", "pytest", "-q", "-n0", "-p", "no:cacheprovider", "tests/hostile/test_fuzz.py"]
+        command += ["-k", cases] if cases else []
         done = subprocess.run(command, env=os.environ | {"FUZZ_SEED": str(seed)}, check=False)
         if done.returncode:
             print(f"FAILED with FUZZ_SEED={seed} after {rounds} rounds")

@@ -7,6 +7,9 @@ the end, opened more and more files, or its memory grew by more than 1 MB/h afte
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from tests.rigs.own_station import Watcher, processes, station_in, until
@@ -18,37 +21,79 @@ from tui_gcs.core.scenario.load import load
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 FAULT = "loss=0.1,flap=3600s/10s"
-LOOK_S, WARM_UP_H = 60.0, 1.0
+STATION = "tui_gcs.core.process.station_process"
+VEHICLES = 8
+LOOK_S, WARM_UP_H, MIN_WARM_LOOKS = 60.0, 1.0, 11
+RETURN_S = 30.0
+"""Time in which all vehicles must be heard at the end: a flap of a link takes 10 s."""
 MAX_GROWTH_MB_H, MAX_MORE_FILES = 1.0, 4
+
+
+@dataclass(frozen=True)
+class Look:
+    """What was seen of the station at one time."""
+
+    hours: float
+    """Since the vehicles flew."""
+    rss_mb: float
+    files: int
+    heard: int
 
 
 def main(hours: float) -> int:
     """Fly for so long; 1 if a limit was exceeded."""
-    vehicles = spec_of(load(SCENARIO))
-    options = LaunchOptions(vehicles, fault=FAULT)
+    options = LaunchOptions(spec_of(load(SCENARIO)), fault=FAULT)
     folder = Path(tempfile.mkdtemp(prefix="soak-"))
     with station_in(folder, lambda: launch(RunKind.SIM, str(SCENARIO), SCENARIO.read_text(), [], options)) as watcher:
-        until(lambda: watcher.status is not None and watcher.status.heard == 8, 60, "8 vehicles heard")
-        until(lambda: watcher.ask(m.Start(vehicles=tuple(range(1, 9)))).ok, 60, "vehicles ready")
-        return _watch(watcher, hours)
+        until(lambda: watcher.status is not None and watcher.status.heard == VEHICLES, 60, "8 vehicles heard")
+        until(lambda: watcher.ask(m.Start(vehicles=tuple(range(1, VEHICLES + 1)))).ok, 60, "vehicles ready")
+        looks = _watch(watcher, hours)
+        with suppress(AssertionError):  # the flap of a link may be now
+            until(lambda: _heard(watcher) == VEHICLES, RETURN_S, "all heard")
+        problems = problems_of(looks, heard_at_end=_heard(watcher), alive=looks[-1].files > 0)
+    print(f"memory {growth_mb_h(looks):+.2f} MB/h after the first hour, {looks[-1].files - looks[0].files:+d} files")
+    for problem in problems:
+        print(f"FAILED: {problem}")
+    return int(bool(problems))
 
 
-def _watch(watcher: Watcher, hours: float) -> int:
-    begun_s, (pid, *_) = time.monotonic(), processes("tui_gcs.core.process.station_process")
-    looks: list[tuple[float, float, int]] = []
-    while not looks or looks[-1][0] < hours:
+def problems_of(looks: Sequence[Look], *, heard_at_end: int, alive: bool) -> list[str]:
+    """What was not as it should be, in words."""
+    problems = [] if alive else ["the station died"]
+    if heard_at_end < VEHICLES:
+        problems.append(f"{heard_at_end} of {VEHICLES} vehicles are heard at the end")
+    if alive and (more := looks[-1].files - looks[0].files) > MAX_MORE_FILES:
+        problems.append(f"{more} more files are open")
+    if (grown := growth_mb_h(looks)) > MAX_GROWTH_MB_H:
+        problems.append(f"memory grew by {grown:.2f} MB/h")
+    return problems
+
+
+def growth_mb_h(looks: Sequence[Look]) -> float:
+    """Growth of the memory after the first hour; 0 if there was not much of a second one."""
+    warm = [look for look in looks if look.hours >= WARM_UP_H and look.files > 0]
+    if len(warm) < MIN_WARM_LOOKS:
+        return 0.0
+    return (warm[-1].rss_mb - warm[0].rss_mb) / (warm[-1].hours - warm[0].hours)
+
+
+def _watch(watcher: Watcher, hours: float) -> list[Look]:
+    """One look a minute; the last one has no files if the station has died."""
+    begun_s, (pid, *_) = time.monotonic(), processes(STATION)
+    looks: list[Look] = []
+    while not looks or looks[-1].hours < hours:
         time.sleep(min(LOOK_S, max(1.0, 3600.0 * hours)))
-        if pid not in processes("tui_gcs.core.process.station_process"):
-            print("FAILED: the station died")
-            return 1
-        looks.append(((time.monotonic() - begun_s) / 3600.0, _rss_mb(pid), _files(pid)))
-        heard = watcher.status.heard if watcher.status is not None else 0
-        print("{:7.3f} h  {:7.1f} MB  {:3d} files".format(*looks[-1]), f" {heard} heard", flush=True)
-    warm = [look for look in looks if look[0] >= WARM_UP_H]
-    grown = (warm[-1][1] - warm[0][1]) / max(warm[-1][0] - warm[0][0], 1e-9) if len(warm) > 10 else 0.0
-    more = looks[-1][2] - looks[0][2]
-    print(f"memory {grown:+.2f} MB/h after the first hour, {more:+d} files")
-    return int(grown > MAX_GROWTH_MB_H or more > MAX_MORE_FILES)
+        passed_h = (time.monotonic() - begun_s) / 3600.0
+        if pid not in processes(STATION):
+            looks.append(Look(passed_h, 0.0, 0, 0))
+            break
+        looks.append(Look(passed_h, _rss_mb(pid), _files(pid), _heard(watcher)))
+        print("{0.hours:7.3f} h  {0.rss_mb:7.1f} MB  {0.files:3d} files  {0.heard} heard".format(looks[-1]), flush=True)
+    return looks
+
+
+def _heard(watcher: Watcher) -> int:
+    return watcher.status.heard if watcher.status is not None else 0
 
 
 def _rss_mb(pid: int) -> float:
