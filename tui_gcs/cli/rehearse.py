@@ -139,11 +139,10 @@ class SimulatedTime:
 
 def _tell_pace(simulated_s: float, took_s: float) -> None:
     pace = simulated_s / max(took_s, 1e-9)
-    sys.stdout.write(f"{simulated_s:.0f} s simulated in {took_s:.0f} s ({pace:.0f} x real time)\n")
+    sys.stdout.write(f"{simulated_s:.0f} s simulated in {took_s:.0f} s ({pace:.1f} x real time)\n")
 
 
 def _faults(arguments: argparse.Namespace) -> list[ScheduledFault]:
-
     planned = losses(arguments.lose) + drains(arguments.drain)
     for t_s in arguments.restart:
         planned += restart(t_s)
