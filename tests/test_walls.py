@@ -322,10 +322,21 @@ def test_no_heap_of_utilities() -> None:
 # ---------------------------------------------------------------- permissions
 
 SENDERS = {
-    "tui_gcs/core/uplink/uplink.py": {"_put"},
-    "tui_gcs/core/forward/ports.py": {"send_as", "send_own", "send_waiting"},
+    "tui_gcs/core/uplink/uplink.py": {"_put: self._links[link].send"},
+    "tui_gcs/core/forward/ports.py": {
+        f"{function}: self.link.send" for function in ("send_as", "send_own", "send_waiting")
+    },
+    # `VehicleAction.send`: it calls the uplink.
+    "tui_gcs/core/uplink/commands.py": {"_send_copy: action.send"},
+    "tui_gcs/core/rates/rate_controller.py": {"_submit: action.send"},
+    "tui_gcs/core/flight/steering.py": {"hold_action: action.send"},
+    "tui_gcs/core/process/station_process.py": {"_wake: writer.send"},
 }
-"""Functions that send over links: `_put` of the uplink to vehicles, the ports of the forwarder to other stations."""
+"""What reads an attribute by which bytes leave, by function: `_put` of the uplink to vehicles, the ports of the
+forwarder to other stations, and things that are no links."""
+SEND = ("send", "sendto", "sendall", "sendmsg")
+SOCKETS = ("tui_gcs/core/links/", "tui_gcs/core/process/station_process.py", "tui_gcs/client/", "tui_gcs/cli/")
+"""Who may open a socket. The last two are other processes, which look for free ports."""
 PERMITTING = {
     "Verdict": ("tui_gcs/core/guard/",),
     "PASS": ("tui_gcs/core/guard/",),
@@ -344,19 +355,38 @@ PERMITTING = {
 """
 
 
-def sends_over_a_link(node: ast.Call) -> bool:
-    """Whether it is `link.send(data, address)`, by the names that links have in these sources."""
-    if not (isinstance(node.func, ast.Attribute) and node.func.attr == "send" and len(node.args) == 2):
-        return False
-    return "link" in ast.unparse(node.func.value).lower()
+def ways_out(function: ast.AST) -> set[str]:
+    """Every expression in `function` that names a way for bytes to leave, whether it is called there or passed on."""
+    named = {ast.unparse(node) for node in ast.walk(function) if isinstance(node, ast.Attribute) and node.attr in SEND}
+    # By name: getattr, operator.methodcaller, attrgetter.
+    texts = {
+        ast.unparse(node)
+        for call in ast.walk(function)
+        if isinstance(call, ast.Call)
+        for node in call.args
+        if isinstance(node, ast.Constant) and node.value in SEND
+    }
+    return named | texts
+
+
+def senders_in(sources: Iterator[tuple[Path, ast.AST]]) -> dict[str, set[str]]:
+    """By file of the core, links apart, the functions with such expressions."""
+    found: dict[str, set[str]] = {}
+    for path, function in sources:
+        name = name_of(path)
+        if not name.startswith("tui_gcs/core/") or name.startswith("tui_gcs/core/links/"):
+            continue
+        of = getattr(function, "name", "lambda")
+        if ways := {f"{of}: {way}" for way in ways_out(function)}:
+            found.setdefault(name, set()).update(ways)
+    return found
 
 
 def test_only_one_function_sends_to_vehicles_and_it_needs_a_permission() -> None:
-    found: dict[str, set[str]] = {}
-    for path, function in nodes_in_sources(ast.FunctionDef):
-        if any(isinstance(node, ast.Call) and sends_over_a_link(node) for node in ast.walk(function)):
-            found.setdefault(name_of(path), set()).add(function.name)
-    assert found == SENDERS
+    assert senders_in(nodes_in_sources(ast.FunctionDef)) == SENDERS
+    assert senders_in(nodes_in_sources(ast.AsyncFunctionDef)) == {}
+    # A function within another one, or a lambda, is seen as a part of it; this is one outside of all.
+    assert {name: ways for name, ways in senders_in(nodes_in_sources(ast.Lambda)).items() if name not in SENDERS} == {}
     for needed in (Uplink._put, Uplink._ways, Uplink._send):
         assert get_type_hints(needed)["permission"] == Permission
         assert inspect.signature(needed).parameters["permission"].default is inspect.Parameter.empty
@@ -364,17 +394,63 @@ def test_only_one_function_sends_to_vehicles_and_it_needs_a_permission() -> None
     assert get_type_hints(Uplink.action)["order"] is Order
 
 
+@pytest.mark.parametrize(
+    "bypass",
+    [
+        "link.send(data, to)",
+        "out = links[name]; out.send(data, to=to)",
+        "out = links[name].send; out(data, to)",
+        "partial(links[name].send, data)(to)",
+        "getattr(links[name], 'send')(data, to)",
+        "methodcaller('send', data, to)(links[name])",
+        "(lambda: self._link.send(data, to))()",
+        "self._socket.sendto(data, to)",
+    ],
+)
+def test_a_way_past_the_uplink_would_be_found(bypass: str) -> None:
+    function = ast.parse(f"def anything():\n    {bypass}").body[0]
+    path = ROOT / "tui_gcs/core/flight/executive.py"
+    assert senders_in(iter([(path, function)])).keys() == {"tui_gcs/core/flight/executive.py"}
+
+
+def test_sockets_are_opened_where_links_are_and_the_uplink_keeps_its_parts_to_itself() -> None:
+    opened = {
+        name_of(path)
+        for kind in (ast.Import, ast.ImportFrom)
+        for path, node in nodes_in_sources(kind)
+        if name_of(path).startswith("tui_gcs/")
+        and {"socket", "serial"} & {getattr(node, "module", None), *(alias.name for alias in node.names)}
+    }
+    assert {name for name in opened if not name.startswith(SOCKETS)} == set()
+    private = {
+        f"{name_of(path)}: {ast.unparse(node)}"
+        for path, node in nodes_in_sources(ast.Attribute)
+        if node.attr.startswith("_") and ast.unparse(node.value).rpartition(".")[2] in ("uplink", "_uplink")
+    }
+    assert private == set()
+
+
+def called(node: ast.Call) -> str:
+    """The name of what is called, whatever module or object it is taken from."""
+    return getattr(node.func, "attr", getattr(node.func, "id", ""))
+
+
 def test_permissions_are_made_by_the_guard_and_by_what_stops_vehicles() -> None:
     made = {
-        (kind, name_of(path))
-        for path, node in nodes_in_sources(ast.Call)
-        if isinstance(node.func, ast.Name) and (kind := node.func.id) in PERMITTING
+        (kind, name_of(path)) for path, node in nodes_in_sources(ast.Call) if (kind := called(node)) in PERMITTING
     } | {
         ("PASS", name_of(path))
         for path, node in nodes_in_sources(ast.ImportFrom)
         for alias in node.names
         if alias.name == "PASS" and node.module == "tui_gcs.core.guard.permission"
     }
+    renamed = [
+        f"{name_of(path)}: {alias.name} as {alias.asname}"
+        for path, node in nodes_in_sources(ast.ImportFrom)
+        for alias in node.names
+        if alias.name in PERMITTING and alias.asname
+    ]
+    assert renamed == []
     assert [(kind, name) for kind, name in sorted(made) if not name.startswith(PERMITTING[kind])] == []
 
 
