@@ -1,7 +1,10 @@
 """Directories that nobody else can change, and what is reported where they cannot be used."""
 
+import grp
 import os
+import pwd
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -35,6 +38,39 @@ def test_a_directory_in_which_every_user_may_rename_is_refused(base: Path, place
         open_store(RunKind.LIVE)  # without it the station would take unsigned frames
     opened.chmod(0o1777)
     assert state_dir(RunKind.LIVE) == base / "live", "sticky: only owners rename"
+
+
+@pytest.mark.parametrize("place", ["state", "outer"])
+@pytest.mark.parametrize(
+    ("name", "members", "refused"),
+    [("pilots", [], True), ("own", ["eve"], True), ("own", [], False), ("own", ["own"], False)],
+)
+def test_a_directory_in_which_a_group_may_rename_is_refused_unless_it_is_the_users_own(
+    base: Path, monkeypatch: pytest.MonkeyPatch, place: str, name: str, members: list[str], refused: bool
+) -> None:
+    """A umask of 002 with a group for each user alone is what many systems come with."""
+    state_dir(RunKind.LIVE)
+    monkeypatch.setattr(pwd, "getpwuid", lambda user: SimpleNamespace(pw_name="own"))
+    monkeypatch.setattr(grp, "getgrgid", lambda group: SimpleNamespace(gr_name=name, gr_mem=members))
+    opened = base if place == "state" else base.parent
+    opened.chmod(0o775)
+    if refused:
+        with pytest.raises(ConfigError, match=f"{opened}: its group may write there .* TUI_GCS_STATE_DIR$"):
+            state_dir(RunKind.LIVE)
+        with pytest.raises(ConfigError, match="its group may write there"):
+            runtime_dir(RunKind.LIVE) if place == "outer" else state_dir(RunKind.LIVE)
+        opened.chmod(0o1775)
+    assert state_dir(RunKind.LIVE) == base / "live"
+
+
+def test_a_group_without_a_name_is_not_the_users_own(base: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(group: int) -> None:
+        raise KeyError(group)
+
+    monkeypatch.setattr(grp, "getgrgid", unknown)
+    base.chmod(0o770)
+    with pytest.raises(ConfigError, match=f"{base}: its group may write there"):
+        state_dir(RunKind.LIVE)
 
 
 def test_the_runtime_directory_is_checked_the_same_way(base: Path) -> None:

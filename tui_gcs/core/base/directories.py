@@ -8,7 +8,9 @@ No other user may be able to rename or replace them: a station that finds no key
 """
 
 import fcntl
+import grp
 import os
+import pwd
 import stat
 import tempfile
 from pathlib import Path
@@ -113,7 +115,25 @@ def _check_parents(directory: Path, variable: str) -> None:
         if info.st_uid not in (0, os.getuid()):
             raise ConfigError(f"{parent}: belongs to another user, who could replace {directory}; set {variable}")
         # In a sticky directory such as /tmp only the owner of an entry renames it.
-        if info.st_mode & stat.S_IWOTH and not info.st_mode & stat.S_ISVTX:
+        if info.st_mode & stat.S_ISVTX:
+            continue
+        if info.st_mode & stat.S_IWOTH:
             raise ConfigError(
                 f"{parent}: every user may write there and replace {directory}: chmod o-w it or set {variable}"
             )
+        if info.st_mode & stat.S_IWGRP and not _is_private_group(info.st_gid, info.st_uid):
+            raise ConfigError(
+                f"{parent}: its group may write there and replace {directory}: chmod g-w it or set {variable}"
+            )
+
+
+def _is_private_group(group: int, user: int) -> bool:
+    """Whether a group is that user's alone: it has the user's name, and nobody else is in it.
+
+    Many systems give each user such a group and a umask of 002, so that most directories of a home are group-writable.
+    """
+    try:
+        found, owner = grp.getgrgid(group), pwd.getpwuid(user).pw_name
+    except KeyError:
+        return False
+    return found.gr_name == owner and set(found.gr_mem) <= {owner}
