@@ -150,7 +150,7 @@ def test_fields_come_in_usual_units_and_unknown_ones_are_gaps() -> None:
 
 def test_the_search_looks_into_name_unit_and_meaning() -> None:
     names = [*telemetry_names(), *parameter_names([ParamRow("WPNAV_SPEED", 5.0, "REAL32", text="Speed")])]
-    assert [each.name for each in matching(names, "speed")] == ["speed", "climb", "WPNAV_SPEED"]
+    assert [each.name for each in matching(names, "speed")] == ["speed", "WPNAV_SPEED", "climb"]
     assert [each.name for each in matching(names, "m/s up")] == ["climb"]
     assert matching(names, "nothing has this") == []
     assert ValueName(ValueKind.METRIC, "x", subject="defend").of((1, 2)) == (

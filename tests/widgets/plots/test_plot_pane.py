@@ -28,8 +28,8 @@ def content(*curves: Curve, cursor_s: float | None = None) -> PaneContent:
 
 def drawn(what: PaneContent, size: tuple[int, int] = (100, 12), glyphs: GlyphSet = UNICODE) -> str:
     pane = PlotPane(glyphs=glyphs)
-    pane._content = what
-    return plain_text(pane, pane.lines(*size))
+    pane.content = what
+    return plain_text(pane.lines(*size))
 
 
 def one(*values: float) -> PaneContent:
@@ -61,8 +61,8 @@ def test_each_curve_can_be_told_apart_without_colour(glyphs: GlyphSet) -> None:
 
 def test_the_ascii_form_is_ascii() -> None:
     pane = PlotPane(glyphs=ASCII)
-    pane._content = content(wave(0), wave(1), cursor_s=10.0)
-    assert plain_text(pane, pane.lines(80, 10)).isascii()
+    pane.content = content(wave(0), wave(1), cursor_s=10.0)
+    assert plain_text(pane.lines(80, 10)).isascii()
 
 
 def test_lines_of_several_curves_have_different_dashes() -> None:
@@ -120,7 +120,7 @@ def test_the_scale_stays_while_the_values_fit() -> None:
     pane = PlotPane()
     scales = []
     for high in (10.0, 9.0, 11.0, 3.0):
-        pane._content = one(0.0, high)
+        pane.content = one(0.0, high)
         pane.lines(100, 12)
         scales.append(pane._scale)
     assert scales[0] is scales[1] and scales[2] is not scales[1] and scales[3] is not scales[2]
@@ -152,6 +152,6 @@ def test_hostile_labels_are_cut_to_the_legend() -> None:
 
 def test_letters_and_lines_have_the_ink_of_their_curve() -> None:
     pane = PlotPane()
-    pane._content = content(wave(0), wave(1))
+    pane.content = content(wave(0), wave(1))
     inks = {ink for line in pane.lines(100, 12) for _, ink in line}
     assert {Ink.TEAM_1, Ink.TEAM_2} <= inks

@@ -31,6 +31,12 @@ EXPORT = """examples:
 
 Exit code 0, or 1 if a log is damaged, empty or without absolute times; 2 if nothing is written."""
 
+PLOT = """examples:
+  tui-gcs plot flight.tlog                                  then / finds values
+  tui-gcs plot flight.tlog --show "v1-4 altitude" --show "battery voltage"
+  tui-gcs plot flight.tlog 00000042.BIN --show BAT.Volt     the vehicle's own log beside the station's, joined by time
+  tui-gcs plot flight.tlog --show ATTITUDE.roll --text | less"""
+
 CHECK = "Exit code 0 if there is no error (cautions are none), 1 if there is one, 2 if the file cannot be read."
 
 
@@ -39,6 +45,7 @@ def add(commands: Commands) -> None:
     _add_scenario(commands)
     _add_convert(commands)
     _add_export(commands)
+    _add_plot(commands)
     text = "what is wrong with a scenario, a plan or another file, before it flies"
     check = commands.add_parser("check", help=text, description=text, epilog=CHECK)
     check.set_defaults(module="files.check")
@@ -107,6 +114,19 @@ def _add_export(commands: Commands) -> None:
     export.add_argument("--file", metavar="FILE", help="write a file instead of the standard output")
     export.add_argument("--force", action="store_true", help="overwrite FILE")
     options.report(export)
+
+
+def _add_plot(commands: Commands) -> None:
+    text = "values of recorded flights over time: on a screen, or as text where there is no terminal"
+    plot = options.command(commands, "plot", text, examples=PLOT)
+    plot.set_defaults(module="files.plot")
+    known = "a log of a station (.tlog), of an ArduPilot (.bin) or of a PX4 (.ulg); several are joined by time"
+    plot.add_argument("flight", metavar="FLIGHT", nargs="+", help=known)
+    known = "a value by words of its name, unit or meaning, with v3 or v1-4 for these vehicles; may be repeated"
+    options.repeated(plot, "--show", "WORDS", known)
+    plot.add_argument("--list", action="store_true", help="all values that the flights have, instead of a plot")
+    plot.add_argument("--text", action="store_true", help="print the plot once, also on a terminal")
+    options.report(plot)
 
 
 def _common(parser: argparse.ArgumentParser) -> None:

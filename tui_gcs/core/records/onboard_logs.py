@@ -49,17 +49,10 @@ class DataFlashPoints:
         """Yield the points. Raises OnboardLogError."""
         from pymavlink.DFReader import DFReader_binary
 
-        try:
-            with _silenced():
+        with dataflash_errors():
+            with wordless():
                 log = DFReader_binary(str(self.path))
             yield from self._points(log)
-        except OSError as error:
-            raise OnboardLogError(error.strerror or "cannot be read") from None
-        except Exception as error:
-            # DFReader raises plain Exception for a format that it does not know.
-            if type(error) is not Exception and not isinstance(error, DAMAGED):
-                raise
-            raise OnboardLogError(f"not a log of ArduPilot, or damaged ({type(error).__name__})") from None
 
     def _points(self, log: Any) -> Iterator[FlightPoint]:
         place = "POS" if any(form.name == "POS" for form in log.formats.values()) else "GPS"
@@ -85,7 +78,7 @@ class DataFlashPoints:
                     above_m = getattr(message, "RelHomeAlt", getattr(message, "RelAlt", math.nan))
                     yield FlightPoint(
                         float(message._timestamp),
-                        _system_id(log.params),
+                        system_id(log.params),
                         float(message.Lat),
                         float(message.Lng),
                         float(message.Alt),
@@ -105,14 +98,28 @@ class DataFlashPoints:
 
 
 @contextlib.contextmanager
-def _silenced() -> Iterator[None]:
+def dataflash_errors() -> Iterator[None]:
+    """Raise OnboardLogError for what DFReader raises within."""
+    try:
+        yield
+    except OSError as error:
+        raise OnboardLogError(error.strerror or "cannot be read") from None
+    except Exception as error:
+        # DFReader raises plain Exception for a format that it does not know.
+        if type(error) is not Exception and not isinstance(error, DAMAGED):
+            raise
+        raise OnboardLogError(f"not a log of ArduPilot, or damaged ({type(error).__name__})") from None
+
+
+@contextlib.contextmanager
+def wordless() -> Iterator[None]:
     """Drop what a reader prints: a line for each damaged place. Nothing may be yielded meanwhile."""
     with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
         yield
 
 
 def _next(log: Any) -> Any:
-    with _silenced():
+    with wordless():
         return log.recv_match(type=READ)
 
 
@@ -126,7 +133,8 @@ def _gps_velocity(message: Any) -> tuple[float, float, float]:
     return message.Spd * math.cos(course), message.Spd * math.sin(course), -float(getattr(message, "VZ", math.nan))
 
 
-def _system_id(params: dict[str, float]) -> int:
+def system_id(params: dict[str, float]) -> int:
+    """Return the MAVLink system id of an ArduPilot vehicle with these parameters."""
     return int(next((params[name] for name in ID_PARAMETERS if name in params), 1))
 
 
@@ -145,7 +153,7 @@ class ULogPoints:
         except ImportError:
             raise OnboardLogError('logs of PX4 are read by pyulog: pip install "tui-gcs[ulg]"') from None
         try:
-            with _silenced():
+            with wordless():
                 log = ULog(str(self.path))
             topics = {data.name: data.data for data in reversed(log.data_list) if data.multi_id == 0}
             yield from self._points(topics, int(log.initial_parameters.get("MAV_SYS_ID", 1)))
@@ -156,7 +164,7 @@ class ULogPoints:
 
     def _points(self, topics: Topics, vehicle: int) -> Iterator[FlightPoint]:
         rows = _global_rows(topics) or _gps_rows(topics)
-        offset_s, home_m = _time_offset_s(topics), _home_amsl_m(topics)
+        offset_s, home_m = time_offset_s(topics), _home_amsl_m(topics)
         local, status = topics.get("vehicle_local_position"), topics.get("vehicle_status")
         battery = topics.get("battery_status")
         for time_us, lat_deg, lon_deg, amsl_m in rows:
@@ -205,7 +213,7 @@ def _gps_rows(topics: Topics) -> list[tuple[int, float, float, float]]:
     return list(zip(*(column[fixed].tolist() for column in (found["timestamp"], *places)), strict=True))
 
 
-def _time_offset_s(topics: Topics) -> float:
+def time_offset_s(topics: Topics) -> float:
     """Return what is added to a time since boot for the seconds since 1970; 0 where the log does not say."""
     found = topics.get("vehicle_gps_position") or topics.get("sensor_gps")
     if found is None or "time_utc_usec" not in found:

@@ -34,6 +34,11 @@ class PlotSource(Protocol):
         ...
 
     @property
+    def begin_s(self) -> float:
+        """The time of the first record; NaN where each value begins at a time of its own."""
+        ...
+
+    @property
     def vehicles(self) -> tuple[int, ...]:
         """The vehicles that a chosen value is meant for."""
         ...
@@ -67,6 +72,7 @@ class LivePlotSource:
     """What the station of a console knows, as it comes."""
 
     is_live = True
+    begin_s = math.nan
 
     def __init__(self, feed: Feed, recorder: ValueRecorder) -> None:
         """Take points from `recorder`, which is filled while the console runs."""

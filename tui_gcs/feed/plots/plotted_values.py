@@ -16,16 +16,15 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.field_meanings import NO_MEANING, field_meaning, usual_unit, usual_value
+from tui_gcs.core.mavlink.field_meanings import NO_MEANING, field_meaning, usual_value
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.fleet import Freshness
 from tui_gcs.core.protocol.metric_names import UNITS
 from tui_gcs.core.protocol.services import ParamRow
+from tui_gcs.core.records.flight_series import numbers_of
 
 Floats = NDArray[np.float64]
 MAX_NAME = 80
-MAX_ELEMENTS = 32
-"""Elements of one array that can be plotted."""
 MAX_VEHICLES = 999
 _VEHICLES = re.compile(r"[vV][0-9]{1,6}(-[0-9]{1,6})?(,[0-9]{1,6}(-[0-9]{1,6})?)*", re.ASCII)
 FLEET = "fleet"
@@ -73,6 +72,8 @@ class ValueName:
     """What it means, where that is known."""
     subject: str = ""
     """The team that it belongs to; "" for values of vehicles."""
+    holders: tuple[int, ...] = ()
+    """The only vehicles that have it; () where that is not known."""
 
     @property
     def words(self) -> str:
@@ -81,7 +82,8 @@ class ValueName:
 
     def of(self, vehicles: Iterable[int]) -> tuple[PlotValue, ...]:
         """Return the values of these vehicles, or the one of its team."""
-        subjects: Iterable[int | str] = (self.subject,) if self.subject else vehicles
+        having = [vehicle for vehicle in vehicles if not self.holders or vehicle in self.holders]
+        subjects: Iterable[int | str] = (self.subject,) if self.subject else having
         return tuple(PlotValue(self.kind, subject, self.name, self.unit) for subject in subjects)
 
 
@@ -124,6 +126,33 @@ TELEMETRY = (
     Telemetry("layer", "m", "height at which it flies for its team", attrgetter("layer_m")),
     Telemetry("armed", "", "1: armed", attrgetter("armed")),
 )
+WELL_KNOWN = {
+    "GLOBAL_POSITION_INT.relative_alt": "altitude above home",
+    "GLOBAL_POSITION_INT.alt": "altitude above mean sea level",
+    "VFR_HUD.groundspeed": "speed over ground",
+    "VFR_HUD.airspeed": "airspeed",
+    "VFR_HUD.climb": "vertical speed, up",
+    "VFR_HUD.throttle": "throttle",
+    "VFR_HUD.heading": "where the nose points",
+    "SYS_STATUS.battery_remaining": "battery charge",
+    "SYS_STATUS.voltage_battery": "battery voltage",
+    "SYS_STATUS.current_battery": "battery current",
+    "GPS_RAW_INT.satellites_visible": "GPS satellites",
+    "GPS_RAW_INT.eph": "GPS hdop",
+    "VIBRATION.vibration_z": "vibration",
+    "POS.RelHomeAlt": "altitude above home",
+    "BAT.Volt": "battery voltage",
+    "BAT.Curr": "battery current",
+    "BAT.RemPct": "battery charge",
+    "GPS.Spd": "speed over ground",
+    "GPS.NSats": "GPS satellites",
+    "VIBE.VibeZ": "vibration",
+    "vehicle_local_position.vx": "speed to the north",
+    "vehicle_local_position.z": "height, down",
+    "battery_status.voltage_v": "battery voltage",
+    "battery_status.remaining": "battery charge",
+}
+"""Fields of messages, DataFlash logs and ULogs in the words that people search for."""
 _OF_THE_LINK = ("loss", "position age", "silence")
 """What is known of a vehicle that is not heard."""
 
@@ -187,16 +216,13 @@ def metric_names(status: StationStatus | None) -> list[ValueName]:
 
 def field_names(messages: Iterable[str]) -> list[ValueName]:
     """Return all numbers of these messages. The first call imports pymavlink's dialect, which takes 80 ms."""
-    found = []
-    for message in dict.fromkeys(messages):
-        layout = dialect.layout_named(message)
-        for field in layout.fields if layout is not None else ():
-            if field.is_text:
-                continue
-            unit, _ = usual_unit(field_meaning(message, field.name).unit)
-            elements = [f"[{at}]" for at in range(min(field.length, MAX_ELEMENTS))] or [""]
-            found += [ValueName(ValueKind.FIELD, f"{message}.{field.name}{at}", unit) for at in elements]
-    return found
+    layouts = [dialect.layout_named(message) for message in dict.fromkeys(messages)]
+    return [
+        ValueName(ValueKind.FIELD, name, unit, WELL_KNOWN.get(name, ""))
+        for layout in layouts
+        if layout is not None
+        for name, unit in numbers_of(layout)
+    ]
 
 
 def field_value(name: str, sent: float) -> float:
@@ -233,9 +259,15 @@ def split_vehicles(typed: str) -> tuple[tuple[int, ...], str]:
 
 
 def matching(names: Sequence[ValueName], typed: str) -> list[ValueName]:
-    """Return the names that have every word; those that begin with the first word come first."""
+    """Return the names that have every word; those whose name or meaning begins as it was typed come first."""
     words = typed.casefold().split()
+    if not words:
+        return list(names)
+    phrase = " ".join(words)
     found = [each for each in names if all(word in each.words for word in words)]
-    if words:
-        found.sort(key=lambda each: not each.name.casefold().startswith(words[0]))
-    return found
+
+    def rank(each: ValueName) -> int:
+        name, text = each.name.casefold(), each.text.casefold()
+        return 0 if name.startswith(phrase) or text.startswith(phrase) else 1 if name.startswith(words[0]) else 2
+
+    return sorted(found, key=rank)

@@ -106,7 +106,9 @@ class PlotScreen(Screen[None]):
         return to_s - window_s, to_s
 
     def _whole_flight(self, now_s: float) -> tuple[float, float]:
-        begin_s = first_s(self.source, self.plan.values)
+        begin_s = self.source.begin_s
+        if not math.isfinite(begin_s):
+            begin_s = first_s(self.source, self.plan.values)
         length_s = max(now_s - begin_s, MIN_WINDOW_S)
         if not self.source.is_live:
             return begin_s, begin_s + length_s
@@ -151,12 +153,12 @@ class PlotScreen(Screen[None]):
         return Curve(clean(plan.label(value), 60), times_s, values)
 
     def _show_state(self, shown: int) -> None:
-        state = "FROZEN" if self.is_frozen else "live" if self.source.is_live else "recorded"
+        state = "FROZEN" if self.is_frozen and self.source.is_live else "live" if self.source.is_live else "recorded"
         hidden = len(self.plan.panes) - shown
         more = f"   {hidden} panes more: up, down" if hidden and not self._is_large else ""
         self.state_line.show(
             (f" window {self.plan.window_words}   ", Ink.TEXT),
-            (state, Ink.CAUTION if self.is_frozen else Ink.NORMAL),
+            (state, Ink.CAUTION if state == "FROZEN" else Ink.NORMAL),
             (f"{more}   ", Ink.MUTED),
             self._report,
         )
@@ -177,6 +179,8 @@ class PlotScreen(Screen[None]):
             await self.source.ask()
         finally:
             self._is_asking = False
+        if not self.source.is_live:
+            self.show_all()
 
     # ---------------------------------------------------------------- values, panes, views
 

@@ -60,14 +60,15 @@ class PlotPane(LinesView):
         super().__init__(**options)  # type: ignore[arg-type]
         self.dots: Dots = self.glyphs.dots
         """How curves are drawn."""
-        self._content: PaneContent | None = None
+        self.content: PaneContent | None = None
+        """What is shown; see `show`."""
         self._scale: PlotScale | None = None
         self._scaled: tuple[object, ...] = ()
         """For which curves and size the scale was made."""
 
     def show(self, content: PaneContent, title: str) -> None:
         """Show this, with a title in the border."""
-        self._content = content
+        self.content = content
         if str(self.border_title or "") != title:
             set_title(self, title)
         self.update_lines()
@@ -79,7 +80,7 @@ class PlotPane(LinesView):
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
-        content = self._content
+        content = self.content
         if content is None or not content.curves:
             text = content.empty_text if content is not None else ""
             return [[(text, Ink.MUTED)]]
@@ -218,6 +219,6 @@ def _runs(codes: np.ndarray, inks: np.ndarray) -> list[Run]:
     return runs
 
 
-def plain_text(pane: PlotPane, lines: Sequence[Line]) -> str:
+def plain_text(lines: Sequence[Line]) -> str:
     """Return lines as text without trailing blanks."""
     return "\n".join("".join(text for text, _ in line).rstrip() for line in lines)
