@@ -126,6 +126,7 @@ class ConsoleApp(TerminalApp):
         self.add_mode("links", self._links_screen)
         self.add_mode("tasks", self._tasks_screen)
         self.add_mode("plots", self._plots_screen)
+        self.add_mode("flights", self._flights_screen)
 
     def _fly_screen(self) -> Screen[None]:
         screen = FlyScreen(self.feed, glyphs=self.glyphs)
@@ -183,6 +184,12 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
 
         return LivePlotsScreen(self.feed, self.recorder, folder=self.options.folder, glyphs=self.glyphs)
+
+    def _flights_screen(self) -> Screen[None]:
+        from tui_gcs.core.records.flight_archive import FlightArchive
+        from tui_gcs.screens.flights.flights_screen import FlightsScreen
+
+        return FlightsScreen(self.feed, self.clock, FlightArchive(self.options.recordings), glyphs=self.glyphs)
 
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""

@@ -31,22 +31,22 @@ def played_time_s(text: str, status: StationStatus) -> float:
     if replay is None:
         raise ReplayTimeError("no recording is played")
     if text.endswith("%"):
-        share = _seconds(text[:-1])
+        share = since_beginning_s(text[:-1])
         if math.isnan(replay.length_s):
             raise ReplayTimeError("the length of the recording is not known yet: try again in a moment")
         return min(1.0, share / 100.0) * replay.length_s
     if text[:1] in ("+", "-"):
-        by_s = _seconds(text[1:])
+        by_s = since_beginning_s(text[1:])
         return max(0.0, replay.at_s + (by_s if text[0] == "+" else -by_s))
     if text[-1:] in ("Z", "z"):
         # The nearest such time of day: a recording may pass midnight. Gaps that were cut short are not known here.
-        ahead_s = (_seconds(text[:-1]) - status.wall_s + DAY_S / 2) % DAY_S - DAY_S / 2
+        ahead_s = (since_beginning_s(text[:-1]) - status.wall_s + DAY_S / 2) % DAY_S - DAY_S / 2
         return max(0.0, replay.at_s + ahead_s)
-    return _seconds(text)
+    return since_beginning_s(text)
 
 
-def _seconds(text: str) -> float:
-    """Seconds, minutes:seconds or hours:minutes:seconds."""
+def since_beginning_s(text: str) -> float:
+    """Return the seconds of `95`, `1:35` or `1:02:03`. Raises `ReplayTimeError`."""
     match = _CLOCK.fullmatch(text)
     if match is None:
         raise ReplayTimeError(f"no time: {HELP}")

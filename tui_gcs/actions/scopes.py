@@ -1,6 +1,7 @@
 """Every table of actions, by the scope that a keymap file calls it."""
 
 from tui_gcs.actions.action import APP
+from tui_gcs.actions.flight_actions import FLIGHT_ACTIONS
 from tui_gcs.actions.inspector_actions import INSPECTOR_ACTIONS
 from tui_gcs.actions.link_actions import LINK_ACTIONS
 from tui_gcs.actions.mission_actions import MISSION_ACTIONS
@@ -23,6 +24,7 @@ SCOPES = {
     "inspector": INSPECTOR_ACTIONS,
     "links": LINK_ACTIONS,
     "tasks": TASK_ACTIONS,
+    "flights": FLIGHT_ACTIONS,
     REPLAY_SCOPE: REPLAY_ACTIONS,
     "plots": PLOT_ACTIONS,
 }

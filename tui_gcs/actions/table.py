@@ -53,6 +53,7 @@ MENU_SCREENS = (
     ("i", "inspector", "Inspector", "every message live: rates, fields, bytes; what was dropped"),
     ("l", "links", "Links", "losses, rates, radios of every path; add, close; partners"),
     ("g", "plots", "Plots", "any value of any vehicles over time, live; panes, cursor, saved views"),
+    ("f", "flights", "Flights", "recorded flights, rehearsals, logs: what happened, replay, export"),
     ("t", "tasks", "Tasks", "what goes on, cancel; people who are connected, hand over control"),
 )
 """Screens without a key of their own: letter in the menu of `S`, mode, name, what is on it."""

@@ -54,6 +54,11 @@ def preferences(overlays: Sequence[str]) -> ConsolePreferences:
     return ConsolePreferences(operators_keymap(), operators_theme(), read_overlays(overlays), elevation, read_only)
 
 
+def recordings() -> dict[str, Path]:
+    """Return the folders in which stations of this computer record, by their kind. Raises `ConfigError`."""
+    return {str(kind): state_dir(kind) for kind in (RunKind.LIVE, RunKind.SIM)}
+
+
 def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = False) -> int:
     """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
     gc.disable()  # nothing that an import makes is garbage: looking for it takes a tenth of the first frame's time
@@ -77,6 +82,7 @@ def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = 
                 theme=wanted.theme,
                 groups=GroupFile(state_dir(kind) / "groups.json"),
                 folder=state_dir(kind),
+                recordings=recordings(),
             ),
         )
         threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()

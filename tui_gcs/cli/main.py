@@ -203,6 +203,7 @@ def _add_replay(commands: options.Commands) -> None:
     console_options.add(parser)
     parser.add_argument("file", metavar="FILE.tlog")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
+    parser.add_argument("--at", default="0", metavar="TIME", help="begin at this time of it: 95 (seconds) or 1:35")
     parser.add_argument("--summary", action="store_true", help="the summary, also on a terminal")
     options.report(parser)
 

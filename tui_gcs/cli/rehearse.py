@@ -3,6 +3,7 @@
 import argparse
 import sys
 import time
+from pathlib import Path
 
 import msgspec
 
@@ -56,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
         unwritten.append(arguments.metrics)
     flight.tell_links()
     if arguments.rounds in (None, len(scenario.rounds)):
-        _remember(scenario.name, plan, result, problem, arguments)
+        _remember(scenario.name, plan, result, problem, arguments, flight.folder.name)
     _tell_pace(flown.passed_s, time.monotonic() - begin_s)
     if arguments.report and not _reported(arguments, records[0], result, problem, planned):
         unwritten.append(arguments.report)
@@ -95,6 +96,7 @@ def _remember(
     result: FlightResult,
     problem: str,
     arguments: argparse.Namespace,
+    folder: str,
 ) -> None:
     """Record for the check before a LIVE start that exactly this plan was rehearsed, and with which result.
 
@@ -114,6 +116,8 @@ def _remember(
         conditions=", ".join(conditions),
         problem=problem,
         by=login_name(),
+        folder=folder,
+        report=str(Path(arguments.report).absolute()) if arguments.report else "",
     )
     try:
         remember(state_dir(RunKind.SIM) / FILE, rehearsal)

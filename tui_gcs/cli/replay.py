@@ -6,10 +6,12 @@ import shutil
 import sys
 import threading
 
+from tui_gcs.actions.replay_times import ReplayTimeError, since_beginning_s
 from tui_gcs.cli.common import need_terminal
-from tui_gcs.cli.console import ConsolePreferences, preferences
+from tui_gcs.cli.console import ConsolePreferences, preferences, recordings
 from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.base.text import clean
 from tui_gcs.terminal.terminal_options import wants_slow
 
 TICK_S = 0.05
@@ -22,7 +24,15 @@ def run(arguments: argparse.Namespace) -> int:
     if not (math.isfinite(arguments.speed) and 0 < arguments.speed <= 1000):
         raise CommandError(f"--speed {arguments.speed:g}: more than 0 and at most 1000")
     need_terminal()
-    return _show(arguments.file, arguments.speed, preferences(arguments.overlay))
+    return _show(arguments.file, arguments.speed, _begin_s(arguments.at), preferences(arguments.overlay))
+
+
+def _begin_s(text: str) -> float:
+    """Return the time to begin at, in seconds since the beginning. Raises `CommandError`."""
+    try:
+        return since_beginning_s(text)
+    except ReplayTimeError as error:
+        raise CommandError(f"--at {clean(text, 20)}: {error}") from None
 
 
 def _summary(arguments: argparse.Namespace) -> int:
@@ -47,7 +57,7 @@ def _summary(arguments: argparse.Namespace) -> int:
     return finish(arguments, CommandReport(not summary.truncated, code, text, msgspec.structs.asdict(summary)))
 
 
-def _show(file: str, speed: float, options: ConsolePreferences) -> int:
+def _show(file: str, speed: float, begin_s: float, options: ConsolePreferences) -> int:
     from tui_gcs.app import ReplayApp
     from tui_gcs.console.parts import ConsoleOptions
     from tui_gcs.core.base.clock import MonotonicClock
@@ -57,13 +67,19 @@ def _show(file: str, speed: float, options: ConsolePreferences) -> int:
 
     bus, clock = MemoryBus(), MonotonicClock()
     try:
-        player = Player(file, speed, bus, clock)
+        player = Player(file, speed, bus, clock, begin_s)
     except TlogError as error:
         raise CommandError(str(error)) from None
     app = ReplayApp(
         bus,
         kind=RunKind.REPLAY,
-        options=ConsoleOptions(replay=True, overlays=options.overlays, keymap=options.keymap, theme=options.theme),
+        options=ConsoleOptions(
+            replay=True,
+            overlays=options.overlays,
+            keymap=options.keymap,
+            theme=options.theme,
+            recordings=recordings(),
+        ),
     )
     over = threading.Event()
 

@@ -57,3 +57,5 @@ class ConsoleOptions:
     """Where the operator's groups of vehicles are kept; None: they are forgotten."""
     folder: Path | None = None
     """Where work in progress is kept; None: nowhere."""
+    recordings: Mapping[str, Path] = field(default_factory=dict)
+    """The state directories with recorded flights, named LIVE and SIM."""

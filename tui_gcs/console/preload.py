@@ -19,6 +19,7 @@ SCREENS = (
     "links.links_screen",
     "tasks.tasks_screen",
     "plots.live_plots_screen",
+    "flights.flights_screen",
 )
 
 

@@ -8,10 +8,13 @@ from textual.app import App
 from textual.screen import Screen
 
 from tui_gcs.actions.scopes import SCOPES
+from tui_gcs.app import ReplayApp
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.records.flight_archive import FlightArchive
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.plots.value_recorder import ValueRecorder
+from tui_gcs.screens.flights.flights_screen import FlightsScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.inspect.inspector_screen import InspectorScreen
 from tui_gcs.screens.links.links_screen import LinksScreen
@@ -27,7 +30,7 @@ HANDLED_BEFORE = {"form", "corner", "snapping", "pointer"}
 """Lines of the help alone: Textual, the map and the forms have these keys."""
 
 
-def screen_of(scope: str) -> Screen:
+def screen_of(scope: str) -> Screen | type[ReplayApp]:
     clock = VirtualClock()
     feed = Feed(MemoryBus(), "test", clock=clock)
     drafts = {
@@ -40,6 +43,10 @@ def screen_of(scope: str) -> Screen:
     }
     if scope in drafts:
         return drafts[scope](feed, clock)
+    if scope == "replay":  # the player is controlled on every screen
+        return ReplayApp
+    if scope == "flights":
+        return FlightsScreen(feed, clock, FlightArchive({}))
     if scope == "plots":
         return LivePlotsScreen(feed, ValueRecorder(feed.requests))
     return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen}[scope](feed)

@@ -1,8 +1,9 @@
 """A console attached to a fake station, on a virtual clock, for Pilot tests."""
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.quiet_pilot import QuietPilot
@@ -88,6 +89,7 @@ async def console(
     replay: bool = False,
     read_only: bool = False,
     groups: GroupFile | None = None,
+    recordings: Mapping[str, Path] | None = None,
 ) -> AsyncIterator[Console]:
     """A running console on a station that `prepare` has set up."""
     bus = MemoryBus()
@@ -98,7 +100,7 @@ async def console(
         bus,
         "console-test",
         kind,
-        ConsoleOptions(glyphs=glyphs, replay=replay, read_only=read_only, groups=groups),
+        ConsoleOptions(glyphs=glyphs, replay=replay, read_only=read_only, groups=groups, recordings=recordings or {}),
         clock=clock,
     )
     async with app.run_test(size=size):

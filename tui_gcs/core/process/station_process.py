@@ -90,7 +90,7 @@ def run(run_file: Path) -> None:
     logs = state_dir(kind)
     recorder, journal = TlogWriter(logs / f"{name}.tlog"), Journal(logs / f"{name}.jsonl")
     files = msgspec.convert(setting.get("planners", []), list[PlannerInfo])
-    _write_start(journal, kind, setting, files)
+    _write_start(journal, kind, setting, files, scenario.name)
     config = StationConfig(
         kind,
         scenario,
@@ -158,11 +158,14 @@ def _serve(path: Path) -> tuple[QueuedBus, socket.socket]:
         raise StartError(str(error)) from None
 
 
-def _write_start(journal: Journal, kind: RunKind, setting: dict[str, Any], files: list[PlannerInfo]) -> None:
+def _write_start(
+    journal: Journal, kind: RunKind, setting: dict[str, Any], files: list[PlannerInfo], scenario: str
+) -> None:
     """Write the first line of the journal: what the station was started with."""
     opened = {"links": setting["links"], "forward": setting.get("forward", []), "dialects": setting.get("dialects", [])}
     opened["planner_files"] = [{"name": info.name, "path": info.file, "sha256": info.sha256} for info in files]
     opened["watch"] = setting.get("watch", False)
+    opened["scenario"] = scenario
     journal.write({"station": kind, "forced_kind": setting.get("forced_kind", False)} | opened)
 
 

@@ -47,11 +47,8 @@ class DataFlashPoints:
 
     def __iter__(self) -> Iterator[FlightPoint]:
         """Yield the points. Raises OnboardLogError."""
-        from pymavlink.DFReader import DFReader_binary
-
+        log = open_dataflash(self.path)
         with dataflash_errors():
-            with wordless():
-                log = DFReader_binary(str(self.path))
             yield from self._points(log)
 
     def _points(self, log: Any) -> Iterator[FlightPoint]:
@@ -97,6 +94,14 @@ class DataFlashPoints:
         return bool(fixed and (message.Lat or message.Lng) and abs(message.Lat) <= 90 and abs(message.Lng) <= 180)
 
 
+def open_dataflash(path: Path) -> Any:
+    """Return pymavlink's reader of an ArduPilot log. Raises OnboardLogError."""
+    from pymavlink.DFReader import DFReader_binary
+
+    with dataflash_errors(), wordless():
+        return DFReader_binary(str(path))
+
+
 @contextlib.contextmanager
 def dataflash_errors() -> Iterator[None]:
     """Raise OnboardLogError for what DFReader raises within."""
@@ -138,6 +143,27 @@ def system_id(params: dict[str, float]) -> int:
     return int(next((params[name] for name in ID_PARAMETERS if name in params), 1))
 
 
+def open_ulog(path: Path) -> Any:
+    """Return pyulog's content of a PX4 log, which is in memory then. Raises OnboardLogError."""
+    try:
+        from pyulog import ULog
+        from pyulog.exceptions import ULogException
+    except ImportError:
+        raise OnboardLogError('logs of PX4 are read by pyulog: pip install "tui-gcs[ulg]"') from None
+    try:
+        with wordless():
+            return ULog(str(path))
+    except OSError as error:
+        raise OnboardLogError(error.strerror or "cannot be read") from None
+    except (*DAMAGED, ULogException) as error:
+        raise OnboardLogError(f"not a log of PX4, or damaged ({type(error).__name__})") from None
+
+
+def first_instances(log: Any) -> Topics:
+    """Return the first instance of each topic of a PX4 log."""
+    return {data.name: data.data for data in reversed(log.data_list) if data.multi_id == 0}
+
+
 @dataclass
 class ULogPoints:
     """Reads the points of a PX4 log: one for each vehicle_global_position, or for each GPS position without those."""
@@ -147,19 +173,10 @@ class ULogPoints:
 
     def __iter__(self) -> Iterator[FlightPoint]:
         """Yield the points. Raises OnboardLogError."""
+        log = open_ulog(self.path)
         try:
-            from pyulog import ULog
-            from pyulog.exceptions import ULogException
-        except ImportError:
-            raise OnboardLogError('logs of PX4 are read by pyulog: pip install "tui-gcs[ulg]"') from None
-        try:
-            with wordless():
-                log = ULog(str(self.path))
-            topics = {data.name: data.data for data in reversed(log.data_list) if data.multi_id == 0}
-            yield from self._points(topics, int(log.initial_parameters.get("MAV_SYS_ID", 1)))
-        except OSError as error:
-            raise OnboardLogError(error.strerror or "cannot be read") from None
-        except (*DAMAGED, ULogException) as error:
+            yield from self._points(first_instances(log), int(log.initial_parameters.get("MAV_SYS_ID", 1)))
+        except DAMAGED as error:
             raise OnboardLogError(f"not a log of PX4, or damaged ({type(error).__name__})") from None
 
     def _points(self, topics: Topics, vehicle: int) -> Iterator[FlightPoint]:

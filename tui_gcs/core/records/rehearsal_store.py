@@ -43,6 +43,10 @@ class RehearsalRecord(msgspec.Struct, frozen=True):
     """Why it ended early; "" if it did not."""
     by: str = ""
     """Login name of the operator."""
+    folder: str = ""
+    """Name of the folder with its recording, below the state directory of SIM."""
+    report: str = ""
+    """Path of its report; "" if none was written."""
 
 
 def plan_digest(scenario: Scenario, planners: dict[str, PlannerInfo]) -> str:
@@ -112,7 +116,12 @@ class RehearsalStore:
         stamp = (info.st_mtime_ns, info.st_size)
         if stamp != self._stamp:
             self._stamp = stamp
-            self._known = [rehearsal for line in _lines(self._path) if (rehearsal := _read(line)) is not None]
+            self._known = read_rehearsals(self._path)
+
+
+def read_rehearsals(path: Path) -> list[RehearsalRecord]:
+    """Return the rehearsals of a file, the oldest first; none where there is no such file."""
+    return [rehearsal for line in _lines(path) if (rehearsal := _read(line)) is not None]
 
 
 def _lines(path: Path) -> list[bytes]:

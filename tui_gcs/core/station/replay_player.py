@@ -71,8 +71,8 @@ class _ReplayGoal:
 class Player:
     """Plays one telemetry log onto a bus: fleet frames, events and status of kind REPLAY; it answers consoles."""
 
-    def __init__(self, path: Path | str, speed: float, bus: Bus, clock: Clock) -> None:
-        """Play `path` at `speed` times real time, beginning with the first `tick`.
+    def __init__(self, path: Path | str, speed: float, bus: Bus, clock: Clock, begin_s: float = 0.0) -> None:
+        """Play `path` at `speed` times real time from `begin_s` seconds after its beginning, with the first `tick`.
 
         Raises:
             TlogError: unreadable, empty or no telemetry log.
@@ -92,7 +92,7 @@ class Player:
         self._twins = [self._flight.twin()]
         """Copies of the flight in the order of their times; the first one is its beginning."""
         self._twin_gap_s = TWIN_GAP_S
-        self._goal: _ReplayGoal | None = None
+        self._goal = _ReplayGoal(f"{begin_s:.0f} s", begin_s) if begin_s > 0 else None
         self._rewinds = 0
         self._said = ""
         """What became of the last search, where nothing was found."""

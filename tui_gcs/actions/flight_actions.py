@@ -1,0 +1,20 @@
+"""The keys of the flights screen, for bindings, footer and help."""
+
+from tui_gcs.actions.action import VIEW, action
+from tui_gcs.actions.list_actions import ROW_ACTIONS
+
+FILES = "Files"
+"""Group of the help."""
+
+FLIGHT_ACTIONS = (
+    action("enter", "enter", "open", "what happened in the flight; there: replay from the chosen moment", VIEW, 10),
+    action("replay", "R", "replay", "the flight on the fly screen; q comes back", FILES, 9),
+    action("export", "e", "export", "its tracks as .csv, .kml or .gpx", FILES, 8),
+    action("delete", "delete", "delete", "the recording and its journal; asks", FILES, 6),
+    action("open_file", "plus", "open file", "a .tlog, .bin or .ulg from anywhere", FILES, 7),
+    action("copy_path", "y", "", "copy its path, or that of a rehearsal's report, to the clipboard", FILES),
+    action("filter", "slash", "find", "words of a flight, or of what happened in it", VIEW, 8),
+    action("next_severity", "w", "severity", "of what happened: all, notices, warnings, critical", VIEW, 4),
+    *ROW_ACTIONS,
+    action("cancel", "escape", "", "back to the list; end the search", VIEW),
+)

@@ -1,0 +1,126 @@
+"""What the flights screen does with recordings: replay, export, delete, open, copy the path."""
+
+import asyncio
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from textual.screen import Screen
+
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.text import clean
+from tui_gcs.core.records.flight_archive import FlightArchive, RecordedFlight, delete_flight
+from tui_gcs.feed.feed import Feed
+from tui_gcs.screens.common.screen_edits import ScreenEdits
+from tui_gcs.screens.common.sure_dialog import SureDialog
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.flights.flight_lists import length_words, size_words
+
+MAX_LINES = 4
+"""Of what an export says, the last lines are shown."""
+
+
+class FlightFiles(ScreenEdits):
+    """Works on files of this computer; reports by `report`."""
+
+    def __init__(
+        self,
+        host: Screen[None],
+        feed: Feed,
+        clock: Clock,
+        glyphs: GlyphSet,
+        show: Callable[[], None],
+        archive: FlightArchive,
+    ) -> None:
+        """Work on the recordings of `archive`; `show` is called whenever something has changed."""
+        super().__init__(host, feed, clock, glyphs, show)
+        self._archive = archive
+        self.run_replay: Callable[[list[str]], int] = self._run_suspended
+        """Runs the command of a replay in this terminal; returns its exit code."""
+
+    def replay(self, flight: RecordedFlight | None, at_s: float = 0.0) -> None:
+        """Show a recording on the fly screen from `at_s` on; this console waits behind it."""
+        why = self._why_no_replay(flight)
+        if why or flight is None:
+            self.say(why, Ink.CAUTION)
+            return
+        command = [sys.executable, "-m", "tui_gcs", "replay", str(flight.path), "--at", f"{max(0.0, at_s):.1f}"]
+        code = self.run_replay(command)
+        name = clean(flight.path.name, 60)
+        self.say(f"back from {name}" if code == 0 else f"{name}: replay ended with exit code {code}", Ink.TEXT)
+
+    def _why_no_replay(self, flight: RecordedFlight | None) -> str:
+        status = self._feed.status
+        if flight is None:
+            return "no flight is chosen"
+        if not flight.is_telemetry:
+            return f"only a telemetry log can be replayed; this is a {flight.what}: Enter shows what happened"
+        if status is not None and status.replay is not None:
+            return f"this is a replay: q leaves it, then tui-gcs replay {clean(str(flight.path), 200)}"
+        # Behind a replay the operator sees no alarm, and !h would not reach the station.
+        if status is not None and status.armed and not self._feed.station_lost:
+            return f"{status.armed} armed: replay in another terminal: tui-gcs replay {clean(str(flight.path), 200)}"
+        return ""
+
+    def _run_suspended(self, command: list[str]) -> int:
+        with self._host.app.suspend():
+            return subprocess.run(command, check=False).returncode
+
+    def export(self, flight: RecordedFlight, target: Path) -> None:
+        """Write the tracks of a recording to a new file."""
+        if target.exists():
+            self.say(f"NOT WRITTEN: {clean(str(target), 200)} is there already: choose another name", Ink.CAUTION)
+            return
+        self.say(f"writing {clean(str(target), 200)} …")
+        self._host.run_worker(self._export(flight, target), group="export", exit_on_error=False)
+
+    async def _export(self, flight: RecordedFlight, target: Path) -> None:
+        # In a process of its own, as `core/judging/timeline_process.py` says why.
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "tui_gcs", "export", str(flight.path), "--file", str(target)),
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+        )
+        try:
+            out, errors = await process.communicate()
+        finally:
+            if process.returncode is None:
+                process.kill()
+        lines = [line.removeprefix("tui-gcs: ") for line in (out + errors).decode(errors="replace").splitlines()]
+        text = "; ".join(lines[-MAX_LINES:]) or f"export ended with exit code {process.returncode}"
+        self.say(text if target.exists() else f"NOT WRITTEN: {text}", Ink.CAUTION if process.returncode else Ink.NORMAL)
+
+    def delete(self, flight: RecordedFlight | None, on_done: Callable[[], None]) -> None:
+        """Ask whether a recording is to be removed."""
+        if flight is None:
+            self.say("no flight is chosen", Ink.CAUTION)
+            return
+
+        def answered(yes: bool | None) -> None:
+            why = delete_flight(flight, time.time()) if yes else "it stays"
+            name = clean(flight.path.name, 60)
+            self.say(f"NOT DELETED: {why}" if why else f"{name} is deleted", Ink.CAUTION if why else Ink.NORMAL)
+            on_done()
+
+        size = size_words(flight.size_bytes)
+        what = f"{flight.what}, {length_words(flight.length_s)}, {size}: it cannot be brought back"
+        title = f"delete {clean(flight.path.name, 50)}"
+        self._host.app.push_screen(SureDialog(title, [what], "delete", self._glyphs, self._clock), answered)
+
+    def open_file(self, path: Path) -> None:
+        """Add a file of this computer to the list."""
+        why = self._archive.open_file(path)
+        self.say(why or f"{clean(path.name, 60)} is in the list", Ink.CAUTION if why else Ink.NORMAL)
+
+    def copy_path(self, flight: RecordedFlight | None) -> None:
+        """Send the path of the report, or of the recording, to the terminal's clipboard."""
+        if flight is None:
+            self.say("no flight is chosen", Ink.CAUTION)
+            return
+        path = flight.report or str(flight.path)
+        self._host.app.copy_to_clipboard(path)
+        self.say(f"sent to the terminal's clipboard: {path}", Ink.NORMAL)

@@ -1,0 +1,234 @@
+"""The flights screen: layout, views and keys."""
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any, ClassVar
+
+from textual import events, on
+from textual.app import ComposeResult
+from textual.binding import BindingType
+
+from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
+from tui_gcs.actions.flight_actions import FLIGHT_ACTIONS
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.text import clean
+from tui_gcs.core.judging.flight_timeline import FlightReadError, FlightTimeline, TimelineEntry
+from tui_gcs.core.judging.timeline_process import read_timeline
+from tui_gcs.core.records.event_log import CRITICAL, DEBUG, NOTICE, WARNING
+from tui_gcs.core.records.flight_archive import FlightArchive, RecordedFlight
+from tui_gcs.feed.feed import Feed
+from tui_gcs.screens.common.draft_screen import typed_path
+from tui_gcs.screens.common.polled_screen import PolledScreen
+from tui_gcs.screens.common.typed_words import TypedWords
+from tui_gcs.screens.flights.flight_files import FlightFiles
+from tui_gcs.widgets.basics.border_titles import set_title
+from tui_gcs.widgets.basics.footer import FooterLine
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.rows_view import RowsView
+from tui_gcs.widgets.basics.top_lines import TopLines
+from tui_gcs.widgets.flights.flight_lists import FlightList, FlightPanel, TimelineList, remark
+from tui_gcs.widgets.forms.prompt_bar import PromptBar
+
+SEVERITIES = {DEBUG: "", NOTICE: "notices", WARNING: "warnings", CRITICAL: "critical"}
+
+
+class FlightsScreen(PolledScreen):
+    """Recordings on this computer; one of them opened shows what happened in it."""
+
+    ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = FLIGHT_ACTIONS
+    BINDINGS: ClassVar[list[BindingType]] = bindings(FLIGHT_ACTIONS, "flights")
+    LOOK_S = 2.0
+    CSS = """
+    FlightsScreen { layout: vertical; }
+    FlightsScreen.-opened FlightList { display: none; }
+    FlightsScreen.-opened TimelineList { display: block; }
+    """
+
+    def __init__(self, feed: Feed, clock: Clock, archive: FlightArchive, *, glyphs: GlyphSet = UNICODE) -> None:
+        """Show the recordings of `archive`."""
+        super().__init__(feed)
+        self.typed = TypedWords()
+        self.read: Callable[[RecordedFlight, tuple[RecordedFlight, ...]], Coroutine[Any, Any, FlightTimeline]] = (
+            read_timeline
+        )
+        self._glyphs = glyphs
+        self._archive = archive
+        self._flights: tuple[RecordedFlight, ...] = ()
+        self._opened: tuple[RecordedFlight, FlightTimeline] | None = None
+        self._least = DEBUG
+        self.files = FlightFiles(self, feed, clock, glyphs, self.show_all, archive)
+        self.top_lines = TopLines(feed, glyphs=glyphs)
+        self.flight_list = FlightList(glyphs=glyphs)
+        self.timeline_list = TimelineList(glyphs=glyphs)
+        self.panel = FlightPanel(glyphs=glyphs)
+        self.export_bar = PromptBar("export")
+        self.open_bar = PromptBar("open")
+        self._export_of: RecordedFlight | None = None
+
+    def compose(self) -> ComposeResult:
+        """Compose the top lines, the lists, the panel, the questions and the footer."""
+        yield self.top_lines
+        yield self.flight_list
+        yield self.timeline_list
+        yield self.panel
+        yield self.export_bar
+        yield self.open_bar
+        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_flights")
+
+    @on(events.ScreenResume)
+    def look_again(self) -> None:
+        """Look at once."""
+        self.look()
+
+    def look(self) -> None:
+        """Look at the disk, also while no station answers."""
+        if self.is_current and not self._is_looking:
+            self._is_looking = True
+            self.run_worker(self._look(), group="look", exit_on_error=False)
+
+    async def ask_station(self) -> None:
+        """List the recordings. The station is not asked: they are files."""
+        self._flights = await asyncio.to_thread(self._archive.scan)
+        self.show_all()
+
+    @on(events.Resize)
+    def show_all(self) -> None:
+        """Show the list, or what happened in the opened flight; the same row stays chosen."""
+        if not self.is_current:
+            return
+        words = self.typed.words.casefold().split()
+        find = self.typed.title("find")
+        shown = [flight for flight in self._flights if _fits(words, _words_of(flight))] if not self._opened else []
+        self.flight_list.empty_text = "no recording fits" if words else "nothing was recorded yet; + opens a file"
+        if self._opened is None:
+            self.flight_list.show_kept(shown, lambda flight: flight.path)
+            size_mb = sum(flight.size_bytes for flight in self._flights) / 1e6
+            title = f"flights  {len(self._flights)}   {size_mb:.0f} MB"
+            set_title(self.flight_list, f"{title}   {find}" if find else title)
+        else:
+            self._show_timeline(*self._opened, words, find)
+        flight = self._opened[0] if self._opened is not None else self.flight_list.chosen_row
+        self.panel.show(flight, self._opened[1] if self._opened is not None else None, self.files.report)
+
+    def _show_timeline(self, flight: RecordedFlight, opened: FlightTimeline, words: list[str], find: str) -> None:
+        entries = [e for e in opened.entries if e.severity <= self._least and _fits(words, f"{e.source} {e.text}")]
+        self.timeline_list.first_wall_s = opened.first_wall_s
+        self.timeline_list.empty_text = "nothing that fits" if words or self._least != DEBUG else "nothing happened"
+        self.timeline_list.show_kept(entries, lambda entry: entry)
+        parts = (clean(flight.path.name, 40), f"{len(entries)} entries", SEVERITIES[self._least], find)
+        set_title(self.timeline_list, "   ".join(filter(None, parts)))
+
+    def show_chosen(self) -> None:
+        """Show the chosen row."""
+        self.show_all()
+
+    @property
+    def row_list(self) -> RowsView[Any]:
+        """The flights, or what happened in the opened one."""
+        return self.timeline_list if self._opened is not None else self.flight_list
+
+    @property
+    def _chosen(self) -> RecordedFlight | None:
+        return self._opened[0] if self._opened is not None else self.flight_list.chosen_row
+
+    def on_key(self, event: events.Key) -> None:
+        """Take keys as letters of the words while they are typed."""
+        if self.typed.take(event):
+            self.show_all()
+
+    # ---------------------------------------------------------------- keys
+
+    def action_enter(self) -> None:
+        """Open the chosen flight; in an opened one replay it from the chosen moment."""
+        if self._opened is None:
+            flight = self.flight_list.chosen_row
+            if flight is not None:
+                self.files.say(f"reading {clean(flight.path.name, 60)} …")
+                self.run_worker(self._open(flight), group="open", exclusive=True, exit_on_error=False)
+            return
+        self.action_replay()
+
+    async def _open(self, flight: RecordedFlight) -> None:
+        try:
+            opened = await self.read(flight, self._flights)
+        except FlightReadError as error:
+            self.files.say(str(error), Ink.WARNING)
+            return
+        self._opened, self._least, self.typed.words = (flight, opened), DEBUG, ""
+        self.timeline_list.chosen = 0
+        self.set_class(True, "-opened")
+        self.files.report = ()
+        self.show_all()
+
+    def action_replay(self) -> None:
+        """Replay the flight, in an opened one from the chosen moment on."""
+        entry: TimelineEntry | None = self.timeline_list.chosen_row if self._opened is not None else None
+        at_s = entry.wall_s - self._opened[1].first_wall_s if self._opened is not None and entry is not None else 0.0
+        self.files.replay(self._chosen, at_s)
+
+    def action_export(self) -> None:
+        """Ask for the file that the tracks go to."""
+        flight = self._export_of = self._chosen
+        if flight is None:
+            self.files.say("no flight is chosen", Ink.CAUTION)
+        else:
+            self.export_bar.ask("export tracks to (.csv .kml .gpx)", f"{flight.path.stem}.kml")
+
+    @on(PromptBar.Answered, "#export")
+    def _export_answered(self, message: PromptBar.Answered) -> None:
+        self.set_focus(None)
+        path = typed_path(message.text) if message.text is not None else None
+        if path is not None and self._export_of is not None:
+            self.files.export(self._export_of, path)
+
+    def action_open_file(self) -> None:
+        """Ask for a file to add to the list."""
+        self.open_bar.ask("open .tlog, .bin or .ulg")
+
+    @on(PromptBar.Answered, "#open")
+    def _open_answered(self, message: PromptBar.Answered) -> None:
+        self.set_focus(None)
+        path = typed_path(message.text) if message.text is not None else None
+        if path is not None:
+            self.files.open_file(path)
+            self.look()
+
+    def action_delete(self) -> None:
+        """Ask whether the chosen recording is to be removed."""
+        if self._opened is not None:
+            self.files.say("Esc first: flights are deleted in the list", Ink.CAUTION)
+        else:
+            self.files.delete(self.flight_list.chosen_row, self.look)
+
+    def action_copy_path(self) -> None:
+        """Copy the path of the chosen recording, or of its report."""
+        self.files.copy_path(self._chosen)
+
+    def action_filter(self) -> None:
+        """Begin to type the words to look for."""
+        self.typed.is_typing = True
+        self.show_all()
+
+    def action_next_severity(self) -> None:
+        """Show only graver entries; after the last step all."""
+        steps = list(SEVERITIES)
+        self._least = steps[(steps.index(self._least) + 1) % len(steps)]
+        self.show_all()
+
+    def action_cancel(self) -> None:
+        """End the search; without one go back to the list."""
+        if self.typed.words or self.files.report:
+            self.typed.words, self.files.report = "", ()
+        elif self._opened is not None:
+            self._opened = None
+            self.set_class(False, "-opened")
+        self.show_all()
+
+
+def _words_of(flight: RecordedFlight) -> str:
+    return f"{flight.path.name} {flight.source} {flight.what} {remark(flight)}"
+
+
+def _fits(words: list[str], text: str) -> bool:
+    return not words or all(word in text.casefold() for word in words)
