@@ -20,6 +20,7 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.flight_requests import FlightRequests
+from tui_gcs.core.requests.mission_comparison import MissionComparison
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.plans.plan_table import HeldPlan
 from tui_gcs.core.uplink.jobs import JobState
@@ -42,7 +43,8 @@ class OrderWatch(Watch):
         )
         parts = SimpleNamespace(picture=self, comms=self, flight=self, services=services)
         context = SimpleNamespace(parts=parts, readiness=readiness, checklist=checklist)
-        self.acts = FlightRequests(cast(RequestContext, context)).acts
+        comparison = SimpleNamespace(begin=lambda vehicle, starts, task, then: then("") or "")
+        self.acts = FlightRequests(cast(RequestContext, context), cast(MissionComparison, comparison)).acts
         self.task = Task(1, 1, "", "console-1", 0.0)
 
     def do(self, request: Any, vehicle: int = 1) -> str:

@@ -18,7 +18,7 @@ from tui_gcs.cli.vehicle.station_client import (
     tell,
 )
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
-from tui_gcs.core.protocol.services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
+from tui_gcs.core.protocol.services import MEANT, MEET, GetModes, Reboot, SetMode, SetParams, TypeShell
 from tui_gcs.core.protocol.setup import SetCurrentItem, SetGain
 
 LIST_LOOKS = 25
@@ -29,7 +29,7 @@ def run_mode(station: StationClient, arguments: argparse.Namespace) -> int:
     """List the modes, or change to one of them."""
     if arguments.name is None:
         return _list_modes(station, arguments)
-    request = SetMode(vehicle_ids(arguments.ids), arguments.name, sure=arguments.yes)
+    request = SetMode(vehicle_ids(arguments.ids), arguments.name, sure=arguments.yes, meet=arguments.meet)
     return tell(carry_out_sure(station, request, f"mode {arguments.name}"), arguments)
 
 
@@ -58,7 +58,7 @@ Meant = SetMode | SetParams | SetGain | SetCurrentItem
 
 def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[VehicleOutcome]:
     """Send a request; where the station wants a confirmation, ask the user and send it again for those vehicles."""
-    ended = station.carry_out(request)
+    ended = _with_meet(station.carry_out(request))
     unsure = {one.vehicle: one for one in ended if not one.ok and one.code is ReportCode.NOT_CONFIRMED}
     if not unsure:
         return ended
@@ -70,9 +70,17 @@ def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[Veh
         declined = {v: replace(one, code=ReportCode.CANCELLED, text=NOT_SENT) for v, one in unsure.items()}
         return [declined.get(one.vehicle, one) for one in ended]
     sure = {"in_flight": True} if isinstance(request, SetParams) else {"sure": True}
-    again = station.carry_out(msgspec.structs.replace(request, vehicles=tuple(unsure), **sure))
+    again = _with_meet(station.carry_out(msgspec.structs.replace(request, vehicles=tuple(unsure), **sure)))
     second = {one.vehicle: one for one in again}
     return [second.get(one.vehicle, one) for one in ended]
+
+
+def _with_meet(ended: list[VehicleOutcome]) -> list[VehicleOutcome]:
+    """Name the option that begins missions that meet: a "y" on a terminal is no look at them."""
+    for one in ended:
+        if not one.ok and one.text.endswith(MEET):
+            one.text, one.code = f"{one.text.removesuffix(MEET)}--meet does it all the same", ReportCode.REFUSED
+    return ended
 
 
 def _with_yes(text: str) -> str:

@@ -21,6 +21,7 @@ EXAMPLES = """examples:
 What takes time goes on in the station if this command is interrupted. Exit code 0 only if every vehicle did it."""
 
 
+MEET = "though it comes too close to other vehicles"
 HELP = ("-h", "--help")
 """Options that stay where they are: `plan upload --help` asks about upload, not about plan."""
 
@@ -132,6 +133,7 @@ def _add_plan(actions: Commands) -> None:
     home = "whether the first line of a WPL mission is home (auto: an AMSL way-point with index 0 is)"
     current = _leaf(acts, "current", "go on with item N of its mission", ids=True, destructive=True)
     current.add_argument("item", type=int, metavar="N", help="from 1, as `show` numbers them")
+    current.add_argument("--meet", action="store_true", help=MEET)
     for name, words in (
         ("show", "what it holds, asked now"),
         ("clear", "delete it"),
@@ -148,7 +150,7 @@ def _add_plan(actions: Commands) -> None:
         if name == "upload":
             parser.add_argument("--home-line", choices=("auto", "yes", "no"), default="auto", help=home)
             parser.add_argument("--in-flight", action="store_true", help="also while it flies its mission; asks")
-            parser.add_argument("--meet", action="store_true", help="though several would meet on it")
+            parser.add_argument("--meet", action="store_true", help=MEET)
 
 
 def _add_files(actions: Commands) -> None:
@@ -177,6 +179,7 @@ def _add_logs(actions: Commands) -> None:
 def _add_acts(actions: Commands) -> None:
     mode = _leaf(actions, "mode", "the modes it has, or change to one", ids=True, destructive=True)
     mode.add_argument("name", nargs="?", metavar="NAME")
+    mode.add_argument("--meet", action="store_true", help=MEET)
     shell = _leaf(actions, "shell", "type one line into its shell (PX4); not while armed", ids=True)
     known = "what is typed; after `--` also what looks like an option of this command"
     shell.add_argument("line", nargs=argparse.REMAINDER, metavar="WORD …", help=known)

@@ -72,7 +72,7 @@ def _clear(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def _current(station: StationClient, arguments: argparse.Namespace) -> int:
-    request = SetCurrentItem(vehicle_ids(arguments.ids), arguments.item, sure=arguments.yes)
+    request = SetCurrentItem(vehicle_ids(arguments.ids), arguments.item, sure=arguments.yes, meet=arguments.meet)
     return tell(carry_out_sure(station, request, f"go on with item {arguments.item}"), arguments)
 
 

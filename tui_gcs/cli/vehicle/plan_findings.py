@@ -11,16 +11,14 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.autopilot_limits import dialect_called
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.mission_conflicts import conflicts
 from tui_gcs.core.missions.mission_findings import FindingLevel, MissionFinding, MissionSite, findings
-from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.plan_findings import PlanTarget, autopilot_findings
 from tui_gcs.core.missions.timed_path import HomePosition, timed_path
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.common import PROTOCOL, GetScenario, Hello
-from tui_gcs.core.protocol.services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
-from tui_gcs.core.requests.plan_rows import plan_of
-from tui_gcs.core.scenario.model import Limits, Round
+from tui_gcs.core.protocol.services import CompareMission, DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
+from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
+from tui_gcs.core.scenario.model import Round
 
 Items = tuple[PlanItem, ...]
 
@@ -30,7 +28,7 @@ def warnings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan], 
 
     A mission is judged against the operating area of the present round, its heights and no-fly zones, and against the
     vehicle's own fence: the one that comes with it, else the one on board. Raises `CommandError` for plans that cannot
-    be flown, and without `may_meet` where one mission would bring these vehicles together.
+    be flown, and without `may_meet` where it would bring one of these vehicles too close to another.
     """
     reply = station.ask(GetScenario())
     status = station.ask(Hello(PROTOCOL, "cli")).status
@@ -41,11 +39,15 @@ def warnings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan], 
     whose: dict[str, list[int]] = {}
     fences = _fences(station, ids, plans)
     infos = station.ask(GetVehicles(tuple(ids))).vehicles
-    limits = reply.scenario.scenario.limits if reply.scenario is not None else Limits()
-    if (met := _meeting(infos, plans, LocalFrame(origin), limits)) and not may_meet:
-        raise CommandError(f"{met}: put them at other heights or places; --meet uploads it all the same")
-    if met:
-        whose[met] = list(ids)
+    met, not_compared = _meetings(station, ids, plans)
+    if met and not may_meet:
+        why, vehicles = next(iter(met.items()))
+        raise CommandError(
+            f"{listed(vehicles)}: {why}: put them at other heights or places; --meet uploads it all the same"
+        )
+    whose |= met
+    if not_compared:
+        whose[not_compared] = list(ids)
     for info in infos:
         for line in _finding_lines(info, plans, fences.get(info.id, ()), LocalFrame(origin), current):
             whose.setdefault(line, []).append(info.id)
@@ -55,22 +57,17 @@ def warnings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan], 
     return len(whose)
 
 
-def _meeting(infos: Sequence[VehicleInfo], plans: Sequence[Plan], frame: LocalFrame, limits: Limits) -> str:
-    """Where vehicles that begin the mission of these plans together come too close, in words; or ""."""
-    items = next((plan.items for plan in plans if plan.kind is PlanKind.MISSION), ())
-    performance = Performance(speed_m_s=limits.speed_m_s, accel_m_s2=limits.accel_m_s2)
-    paths = {}
-    for info in infos:
-        lat_deg, lon_deg, amsl_m = info.home or (frame.origin.lat_deg, frame.origin.lon_deg, 0.0)
-        east_m, north_m = frame.to_enu(lat_deg, lon_deg)
-        home = HomePosition((float(east_m), float(north_m)), amsl_m if math.isfinite(amsl_m) else 0.0)
-        paths[info.id] = timed_path(items, home, frame, performance)
-    found = conflicts(paths, limits.separation_horizontal_m, limits.separation_vertical_m)
-    if not found or not found[0].together:
-        return ""
-    first = found[0]
-    whom = f"vehicles {first.first} and {first.second} would come within {first.horizontal_m:.0f} m"
-    return f"begun together, {whom} after {first.first_s:.0f} s"
+def _meetings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) -> tuple[dict[str, list[int]], str]:
+    """Where vehicles with the mission of these plans come too close, by the reason, and what was not compared."""
+    mission = next((plan for plan in plans if plan.kind is PlanKind.MISSION), None)
+    if mission is None or not mission.items:
+        return {}, ""
+    reply = station.ask(CompareMission(tuple(ids), plan_rows(mission)))
+    met: dict[str, list[int]] = {}
+    for result in reply.results:
+        if not result.ok:
+            met.setdefault(result.text, []).append(result.vehicle)
+    return met, reply.text
 
 
 def _fences(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) -> dict[int, Items | str]:

@@ -12,7 +12,7 @@ its mode, and what it does when it is back, is in `vehicle_loss`.
 import math
 from collections.abc import Iterator
 
-from tui_gcs.core.firmware.base import flown_by_pilot, may_be_flying
+from tui_gcs.core.firmware.base import flown_by_pilot, may_be_flying, stands_still
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import IN_THE_AIR, ArmingStep, Flight, HoldStep, KeptOrder, Lost, TakenOut
@@ -122,9 +122,55 @@ class Executive:
         self._commands.submit(self._steering.hold_action(vehicle, by=by))
         return VehicleResult(vehicle=vehicle.id, ok=True, text="holds, is in no team")
 
+    def may_stop_by_itself(self, vehicle: Vehicle) -> bool:
+        """Whether this station holds the vehicle without an order, before it comes too close to another one.
+
+        These are vehicles that HOLD ALL would stop and that no course of this station leads: on missions, whoever began
+        them, and in motion in a mode in which set-points work. Pilots and failsafes keep their vehicles, and so do
+        landings and returns.
+        """
+        flight, firmware = self._flights.get(vehicle.id), self._firmware.of(vehicle)
+        if firmware.why_not(vehicle) or firmware.acts_by_itself(vehicle):
+            return False
+        if flight is None:
+            sent = vehicle.id in self._flights.sent
+            return sent and not self._why_with_pilot(vehicle, by_name=False)
+        if self._why_left_to_itself(flight, vehicle, by_name=False):
+            return False
+        if flight.step is TakenOut.ON_BOARD:
+            return True
+        if flight.step not in (TakenOut.MODE_LEFT, TakenOut.OWN_MODE, HoldStep.FOUND):
+            return False
+        return not stands_still(vehicle) and (firmware.flies_mission(vehicle) or firmware.is_steerable(vehicle))
+
     def hold_for_separation(self, vehicle: Vehicle, stays: str) -> None:
         """Hold one vehicle before it comes too close to another; `stays` is why it does not go on with the others."""
         self.hold((vehicle.id,), stays=stays, ordered=False)
+
+    def mode_ordered(self, vehicle: Vehicle, mode: int, stop: str = "") -> None:
+        """An operator orders a mode by name; `stop` is the stop that it is, "" for other modes.
+
+        A stop takes the vehicle from its planner at once, another mode does when its heartbeat shows it. The caller
+        submits the order next.
+        """
+        flight, now = self._flights.get(vehicle.id), self._clock.now()
+        if flight is None or flight.phase is Phase.GROUND:
+            return
+        if stop == HOLD or (stop and flight.phase is Phase.ARMING):
+            self._enter_hold(vehicle, flight, now)
+            flight.stays = flight.stays or HELD_BY_NAME
+        elif stop:
+            self._commands.cancel(vehicle.id)
+            # In RTL it returns on a course of its own, not on its layer and to its turn.
+            step = (Phase.LANDING, None) if stop == LAND else (Phase.TAKEN_OUT, TakenOut.OWN_MODE)
+            flight.enter(step[0], now, step[1])
+        flight.ordered_mode = mode
+
+    def mode_refused(self, vehicle: Vehicle, mode: int) -> None:
+        """A mode that was ordered was not confirmed: if the vehicle changes to it later, that is news."""
+        flight = self._flights.get(vehicle.id)
+        if flight is not None and flight.ordered_mode == mode:
+            flight.ordered_mode = None
 
     def resume(self, vehicles: tuple[int, ...] = ()) -> Reply:
         """Give these vehicles, or all that hold, back to their planners; named ones also from manual control.
@@ -352,7 +398,7 @@ class Executive:
             self._find_in_the_air(flight, vehicle, now)
         elif flight.phase is Phase.TAKEN_OUT:
             self._take_back(flight, vehicle, now)
-            self.losses.watch_mission(flight, vehicle, now)
+            self.losses.watch_taken_out(flight, vehicle, now)
         elif flight.phase in IN_THE_AIR:
             if self.losses.check(flight, vehicle, now):
                 return

@@ -83,6 +83,8 @@ class TakenOut(Enum):
     """Another vehicle has its id: it is not taken back."""
     ON_BOARD = "on board"
     """It flies the mission it holds, because the operator asked for that."""
+    OWN_MODE = "own mode"
+    """It flies in a mode of its own that an operator ordered by name."""
     EMERGENCY = "emergency"
     """It fell, lay over or hit the ground: no order helps it, and its place is given to others."""
     MOTORS_STOPPED = "motors"
@@ -164,6 +166,8 @@ class Flight:
     """Why a vehicle that left its mode did so, in the words of its own status texts; empty if it gave no reason."""
     kept: KeptOrder | None = None
     """A return, landing or hold that waits until it can be carried out."""
+    ordered_mode: int | None = None
+    """The mode that an operator ordered by name last, until another order: it is no surprise."""
     held_by_station: bool = False
     """The station itself made it hold, no operator did: its own failsafe then takes precedence."""
 
@@ -173,7 +177,7 @@ class Flight:
         self.last_goal_m = going if phase is Phase.TAKEN_OUT else None
         self.phase, self.step, self.since_s = phase, step, now
         self.course, self.passed, self.verdict, self.limited_m_s = None, None, None, math.nan
-        self.held_by_station, self.left_reason = False, ""
+        self.held_by_station, self.left_reason, self.ordered_mode = False, "", None
         if not isinstance(step, Lost):  # any other order takes the place of one that waits
             self.kept = None
         if self.tracking is not None:

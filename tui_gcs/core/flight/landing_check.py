@@ -34,6 +34,8 @@ def landing_words(flight: Flight, vehicle: Vehicle) -> tuple[str, bool]:
         return f"DISARMED IN THE AIR, {vehicle.telemetry.alt_rel_m:.0f} m high: it falls", False
     elif flight.step is TakenOut.ON_BOARD and vehicle.telemetry.alt_rel_m < LANDED_M:
         text = "landed and disarmed by its mission on board"
+    elif flight.step is TakenOut.OWN_MODE and vehicle.telemetry.alt_rel_m < LANDED_M:
+        text = "landed and disarmed in the mode that was ordered"
     elif by_itself:
         text = "landed and disarmed by itself, or by its pilot"
     elif flight.step is HoldStep.START_CANCELLED:

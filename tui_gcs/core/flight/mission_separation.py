@@ -1,9 +1,10 @@
-"""Mission separation: holds vehicles on missions of their own before they come too close to others.
+"""Mission separation: holds vehicles that this station does not steer before they come too close to others.
 
 The guard judges every course that this station steers, but a mission is flown by the vehicle itself. Two real
-ArduCopters on one mission collided at 27 m, and the station reported nothing. So a vehicle that this station sent on
-its mission is held before it comes too close to any other one, while there is room to brake; of two on missions, both
-are. Vehicles that a pilot, another station or their own failsafe flies are left alone.
+ArduCopters on one mission collided at 27 m, and the station reported nothing. So all vehicles in the air are looked at,
+and those that this station may stop (`Executive.may_stop_by_itself`) are held before they come too close to any other
+one, while there is room to brake; of two that may be stopped, both are. Who began the mission does not matter: it may
+have been this station before a restart, another one, or a pilot.
 """
 
 import math
@@ -11,13 +12,12 @@ from collections.abc import Callable, Iterator
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
-from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.guard.conflict_prediction import predicted_conflicts
 from tui_gcs.core.guard.motion_prediction import BRAKE_DELAY_S, BRAKE_SHARE, VehicleState
 from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.protocol.alarms import vehicles_words
-from tui_gcs.core.protocol.common import EventClass, Phase
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT
 
 REACTION_S = 1.5
@@ -30,26 +30,34 @@ HELD = "was held: too close to another vehicle"
 
 
 class MissionSeparation:
-    """Looks at all vehicles on missions that this station started; to be called some times a second."""
+    """Looks at all vehicles in the air; to be called some times a second."""
 
-    def __init__(self, services: FlightServices, steering: Steering, hold: Callable[[Vehicle, str], None]) -> None:
-        """`hold` stops a vehicle, for a reason that is shown with it."""
-        self._fleet, self._flights, self._guard = services.fleet, services.flights, services.guard
+    def __init__(
+        self,
+        services: FlightServices,
+        steering: Steering,
+        may_stop: Callable[[Vehicle], bool],
+        hold: Callable[[Vehicle, str], None],
+    ) -> None:
+        """`may_stop` is asked which vehicles may be held; `hold` stops one, for a reason that is shown with it."""
+        self._fleet, self._firmware, self._guard = services.fleet, services.firmware, services.guard
         self._clock, self._events = services.clock, services.events
-        self._steering, self._hold = steering, hold
+        self._steering, self._may_stop, self._hold = steering, may_stop, hold
 
     def tick(self) -> None:
         """Hold those that would come too close."""
-        on_missions = {f.vehicle for f in self._flights.in_phase(Phase.TAKEN_OUT) if f.step is TakenOut.ON_BOARD}
-        if not on_missions:
+        stoppable = {v.id for v in self._fleet.vehicles.values() if v.telemetry.airborne and self._may_stop(v)}
+        if not stoppable:
             return
         for one, other, text in self._too_close():
-            for vehicle, partner in ((one, other), (other, one)):
-                if vehicle in on_missions:
-                    on_missions.discard(vehicle)
-                    words = f"HELD on its mission: {text} {vehicles_words([partner])}"
-                    self._events.report(EventClass.MISSION, f"vehicle {vehicle}", words, ALERT)
-                    self._hold(self._fleet.vehicles[vehicle], HELD)
+            for number, partner in ((one, other), (other, one)):
+                if number in stoppable:
+                    stoppable.discard(number)
+                    vehicle = self._fleet.vehicles[number]
+                    does = "HELD on its mission" if self._firmware.of(vehicle).flies_mission(vehicle) else "HELD"
+                    words = f"{does}: {text} {vehicles_words([partner])}"
+                    self._events.report(EventClass.MISSION, f"vehicle {number}", words, ALERT)
+                    self._hold(vehicle, HELD)
 
     def _too_close(self) -> Iterator[tuple[int, int, str]]:
         """Pairs that must not go on, and what would happen."""

@@ -8,13 +8,14 @@ the time since the last frame of its autopilot and since its last position.
 import math
 from enum import Enum
 
+from tui_gcs.core.firmware.foreign_command_policy import MISSION_MODES
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import Flight, HoldStep, Lost, TakenOut
 from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, RunPhase
-from tui_gcs.core.records.event_log import ALERT, WARNING
+from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING
 
 MAX_SILENCE_S = 2.0
 """A vehicle heard within this time whose position is stale has lost its position only; a silent one is left to become
@@ -53,8 +54,8 @@ class VehicleLossController:
     def __init__(self, services: FlightServices) -> None:
         self._fleet, self._flights, self._firmware = services.fleet, services.flights, services.firmware
         self._commands, self._events, self._clock = services.commands, services.events, services.clock
-        self._in_mission_s: dict[int, float] = {}
-        """When each vehicle that flies its mission on board was last seen to do so."""
+        self._as_ordered_s: dict[int, float] = {}
+        """When each vehicle that flies its mission, or a mode of its own, by order was last seen to do so."""
 
     def replaced(self, vehicle: Vehicle) -> None:
         """Another vehicle uses its id now: that one is not this station's to steer, wherever the first one may be."""
@@ -107,24 +108,51 @@ class VehicleLossController:
         settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
         if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
             return False
+        if flight.ordered_mode == vehicle.telemetry.custom_mode:
+            self._follow_ordered_mode(flight, vehicle, now)
+            return True
         self._report_left(vehicle, "its mode", now)
         self.take_out(flight, vehicle, TakenOut.MODE_LEFT, now)
         flight.left_reason = self._left_reason(vehicle, now)
         self._commands.cancel(vehicle.id)
         return True
 
-    def watch_mission(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """A vehicle that this station let fly its mission, and that leaves it without an order of ours, has left."""
-        firmware = self._firmware.of(vehicle)
-        if flight.step is not TakenOut.ON_BOARD or vehicle.freshness(now) is not Freshness.OK:
+    def _follow_ordered_mode(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """The vehicle is in the mode that an operator ordered by name: it flies by itself now, which is no surprise."""
+        mode, ordered = flight.ordered_mode, mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+        self._commands.cancel(vehicle.id)
+        self.take_out(flight, vehicle, _step_of(ordered), now)
+        flight.ordered_mode = mode
+        text = f"flies in {ordered}, as ordered: not for its planner any more"
+        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, NOTICE)
+
+    def watch_taken_out(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """A vehicle on its mission or in a mode by order that leaves it without an order of ours has left."""
+        by_order = flight.step in (TakenOut.ON_BOARD, TakenOut.OWN_MODE)
+        if vehicle.freshness(now) is not Freshness.OK or not (by_order or flight.step is TakenOut.MODE_LEFT):
             return
-        pending = any(self._commands.pending(vehicle.id, name) for name in MISSION_ORDERS)
-        if pending or firmware.flies_mission(vehicle) or not vehicle.telemetry.airborne:
-            self._in_mission_s[vehicle.id] = now
-        elif now - max(self._in_mission_s.get(vehicle.id, -math.inf), flight.since_s) > OUT_MODE_GRACE_S:
-            self._report_left(vehicle, "its mission", now)
+        if flight.ordered_mode == vehicle.telemetry.custom_mode:
+            step = _step_of(mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode))
+            if flight.step is not step:
+                flight.go_to_step(step, now)
+                flight.left_reason = ""
+            self._as_ordered_s[vehicle.id] = now
+        elif by_order and (self._goes_on(flight, vehicle) or not vehicle.telemetry.airborne):
+            self._as_ordered_s[vehicle.id] = now
+        elif by_order and now - max(self._as_ordered_s.get(vehicle.id, -math.inf), flight.since_s) > OUT_MODE_GRACE_S:
+            what = "its mission" if flight.step is TakenOut.ON_BOARD else "the mode that was ordered"
+            self._report_left(vehicle, what, now)
             flight.go_to_step(TakenOut.MODE_LEFT, now)
-            flight.left_reason = self._left_reason(vehicle, now)
+            flight.left_reason, flight.ordered_mode = self._left_reason(vehicle, now), None
+
+    def _goes_on(self, flight: Flight, vehicle: Vehicle) -> bool:
+        """Whether it still does what was ordered, or the order is under way."""
+        firmware = self._firmware.of(vehicle)
+        if flight.step is TakenOut.ON_BOARD:
+            pending = any(self._commands.pending(vehicle.id, name) for name in MISSION_ORDERS)
+            return pending or firmware.flies_mission(vehicle)
+        # A return may end in a mode that lands.
+        return self._commands.stopping(vehicle.id) or firmware.is_landing(vehicle)
 
     def _left_reason(self, vehicle: Vehicle, now: float) -> str:
         """Why a vehicle left its mode: its own words, or the stations that were heard commanding it; "" if unknown."""
@@ -167,3 +195,8 @@ class VehicleLossController:
         if before in (Phase.FLYING, Phase.TAKEOFF) and run is RunPhase.RUNNING and steerable and on_layer:
             return Comeback.REJOINS
         return Comeback.FOUND if before is None else Comeback.HOLDS
+
+
+def _step_of(mode: str) -> TakenOut:
+    """The step of a vehicle in a mode that was ordered."""
+    return TakenOut.ON_BOARD if mode in MISSION_MODES else TakenOut.OWN_MODE

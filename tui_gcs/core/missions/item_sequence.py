@@ -15,6 +15,8 @@ class ItemWalk:
     """A walk through a mission. After iterating over `steps`, `endless` and `cut` give the reason if it ended early."""
 
     items: Items
+    first: int = 0
+    """The index of the item that it begins with."""
     endless: bool = False
     """A jump repeats for ever; it was followed once."""
     cut: bool = False
@@ -23,7 +25,7 @@ class ItemWalk:
     def steps(self) -> Iterator[int]:
         """Iterate over the indices of the items that are not jumps."""
         left: dict[int, int] = {}
-        at = taken = 0
+        at, taken = self.first, 0
         while at < len(self.items):
             taken += 1
             if taken > MAX_STEPS:

@@ -138,10 +138,27 @@ def _lengths_m(steps_m: Floats) -> Floats:
 EMPTY_PATH = TimedPath(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
 
 
-def timed_path(items: Items, home: HomePosition, frame: LocalFrame, performance: Performance) -> TimedPath:
-    """Compute the path of `items`, a mission that begins at `home`."""
-    route = _PathBuilder(items, home, frame, performance)
-    walk = ItemWalk(items)
+def timed_path(
+    items: Items,
+    home: HomePosition,
+    frame: LocalFrame,
+    performance: Performance,
+    *,
+    start_m: Vec3 | None = None,
+    first: int = 0,
+) -> TimedPath:
+    """Compute the path of `items`, a mission that begins at `home`.
+
+    Args:
+        items: All items of the mission.
+        home: Where the vehicle starts, and where a return leads.
+        frame: The frame of the path.
+        performance: The vehicle's speeds and accelerations.
+        start_m: Where the vehicle is in the air, if it does not start at `home`; its height counts above home.
+        first: The index of the item that it flies to first.
+    """
+    route = _PathBuilder(items, home, frame, performance, start_m)
+    walk = ItemWalk(items, first)
     for index in walk.steps():
         if route.over:
             break
@@ -154,10 +171,17 @@ def timed_path(items: Items, home: HomePosition, frame: LocalFrame, performance:
 class _PathBuilder:
     """Turns items into places, one after the other."""
 
-    def __init__(self, items: Items, home: HomePosition, frame: LocalFrame, performance: Performance) -> None:
+    def __init__(
+        self,
+        items: Items,
+        home: HomePosition,
+        frame: LocalFrame,
+        performance: Performance,
+        start_m: Vec3 | None = None,
+    ) -> None:
         self.items: list[int] = []
         """The item of each place but the start."""
-        self.places_m: list[Vec3] = [(*home.place_m, home.height_m)]
+        self.places_m: list[Vec3] = [start_m or (*home.place_m, home.height_m)]
         self.speeds_m_s: list[float] = []
         """The largest speed over ground to each place; for a vertical descent at the place, its speed."""
         self.holds_s: list[float] = []

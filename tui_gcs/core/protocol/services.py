@@ -25,6 +25,8 @@ MAX_VALUES = 50
 """Parameters set by one request."""
 MEANT = "say that it is meant"
 """How a refusal ends that the same request with `sure` or `in_flight` would not get."""
+MEET = "say that it is meant that ways meet"
+"""How a refusal ends that the same request with `meet` would not get (of `OnBoardMission`: with `sure`)."""
 MAX_FILE_BYTES = 4 << 20
 """Of a file that is to be written."""
 
@@ -265,6 +267,15 @@ class GetVehicles(Request, frozen=True, tag="get-vehicles"):
     vehicles: Vehicles = ()
 
 
+class CompareMission(VehicleRequest, frozen=True, tag="compare-mission"):
+    """Where these vehicles would come too close, to each other or to others, with this mission on board.
+
+    `Reply.results` names each vehicle, with the reason where it would; `Reply.text` is what was not compared.
+    """
+
+    items: tuple[PlanRow, ...]
+
+
 class GetOnBoard(VehicleRequest, frozen=True, tag="get-on-board"):
     """The plans of these vehicles that are known (`ServiceReply.on_board`)."""
 
@@ -376,6 +387,8 @@ class SetMode(VehicleRequest, frozen=True, tag="set-mode"):
     mode: str
     sure: bool = False
     """Set it also if the vehicle then takes off, flies by itself, or obeys sticks that no pilot holds."""
+    meet: bool = False
+    """Set it also if the mission that it then flies comes too close to other vehicles."""
 
 
 class WriteFile(VehicleRequest, frozen=True, tag="write-file"):
@@ -414,6 +427,7 @@ class CancelTask(Request, frozen=True, tag="cancel-task"):
 Look = (
     GetVehicles
     | GetOnBoard
+    | CompareMission
     | GetParams
     | GetParamInfos
     | GetModes

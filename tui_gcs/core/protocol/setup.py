@@ -297,6 +297,8 @@ class SetCurrentItem(VehicleRequest, frozen=True, tag="set-current-item"):
     """The item, counted from 1."""
     sure: bool = False
     """Though it is in the air: it flies there, if it flies its mission."""
+    meet: bool = False
+    """Though its way from there on comes too close to other vehicles."""
 
 
 class ConfirmStep(Request, frozen=True, tag="confirm-step"):

@@ -15,8 +15,8 @@ from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
 from tui_gcs.core.requests.context import RequestContext
-from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
-from tui_gcs.core.requests.mission_start_conflicts import mission_conflict
+from tui_gcs.core.requests.handler import VehicleAct, named
+from tui_gcs.core.requests.mission_comparison import MissionComparison
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.requests.vehicle_requests import ARMED
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
@@ -30,8 +30,8 @@ NUDGE_OVER = "does something else meanwhile: begin the nudge anew"
 class FlightRequests:
     """Begins requests about vehicles in flight; fleet frames and events show how each goes on."""
 
-    def __init__(self, context: RequestContext) -> None:
-        self._context, self._parts = context, context.parts
+    def __init__(self, context: RequestContext, comparison: MissionComparison) -> None:
+        self._context, self._parts, self._comparison = context, context.parts, comparison
         self.acts: dict[type, VehicleAct] = {
             f.Arm: VehicleAct(self._arm, named("arm")),
             f.Disarm: VehicleAct(self._disarm, named("disarm")),
@@ -162,16 +162,23 @@ class FlightRequests:
             return "is not in the air: take off first"
         if parts.services.missions.state(vehicle.id).total == 0:
             return "holds no mission: upload one first"
-        if not request.sure and (why := mission_conflict(parts, vehicle, request.vehicles)):
-            raise NotConfirmedError(why)
+        begin = partial(self._begin_mission, vehicle, request, task)
+        if request.sure:
+            begin("")
+            return ""
+        return self._comparison.begin(vehicle, request.vehicles, task, begin)
+
+    def _begin_mission(self, vehicle: Vehicle, request: f.OnBoardMission, task: Task, remark: str) -> None:
+        parts = self._parts
+        firmware = parts.comms.firmware.of(vehicle)
         parts.comms.commands.cancel(vehicle.id)
         action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
-        action.on_done = partial(self._let_go_ended, vehicle, task, "flies its mission")
+        text = "; ".join(filter(None, ("flies its mission", remark)))
+        action.on_done = partial(self._let_go_ended, vehicle, task, text)
         if parts.flight.flights.get(vehicle.id) is None:
             parts.flight.courses.watch_mission(vehicle.id)
         parts.flight.manual_control.release(vehicle, TakenOut.ON_BOARD)
         self._submit(action, task)
-        return ""
 
     def _let_go_ended(
         self, vehicle: Vehicle, task: Task, text: str, action: VehicleAction, outcome: Outcome, why: str

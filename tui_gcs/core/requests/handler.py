@@ -7,7 +7,7 @@ from typing import Any
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import Reply
-from tui_gcs.core.protocol.services import MEANT
+from tui_gcs.core.protocol.services import MEANT, MEET
 from tui_gcs.core.requests.tasks import Task
 
 
@@ -48,6 +48,13 @@ class NotConfirmedError(Exception):
 
     def __init__(self, reason: str) -> None:
         super().__init__(f"{reason}: {MEANT}")
+
+
+class MissionsMeetError(NotConfirmedError):
+    """A mission that would come too close to other vehicles is not begun until it is said that ways may meet."""
+
+    def __init__(self, reason: str) -> None:
+        Exception.__init__(self, f"{reason}: {MEET}")
 
 
 def named(words: str) -> Callable[[Any], str]:

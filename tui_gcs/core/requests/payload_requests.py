@@ -11,6 +11,7 @@ from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.motion.target_place import AltitudeReference, PlaceError, TargetPlace
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
+from tui_gcs.core.requests.mission_comparison import MissionComparison
 from tui_gcs.core.requests.setup_requests import IN_THE_AIR
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
@@ -26,7 +27,8 @@ NONE_SUCH = "failed"
 class PayloadRequests:
     """Begins requests about payload and traffic, one method for each."""
 
-    def __init__(self, services: Services, firmware: FirmwareRegistry) -> None:
+    def __init__(self, services: Services, firmware: FirmwareRegistry, comparison: MissionComparison) -> None:
+        self._comparison = comparison
         self._services = services
         self._payload = services.payload
         self._firmware = firmware
@@ -97,8 +99,20 @@ class PayloadRequests:
     def _set_current(self, vehicle: Vehicle, request: s.SetCurrentItem, task: Task) -> str:
         if may_be_flying(vehicle) and not request.sure:
             raise NotConfirmedError(IN_THE_AIR)
-        done = _action_ended(task, f"at item {request.item}")
-        return self._services.missions.set_current(vehicle.id, request.item - 1, done)
+        refused: list[str] = []
+
+        def go_on(remark: str) -> None:
+            done = _action_ended(task, "; ".join(filter(None, (f"at item {request.item}", remark))))
+            if why := self._services.missions.set_current(vehicle.id, request.item - 1, done):
+                refused.append(why)
+                task.end(why)
+
+        # On the ground it only chooses where the mission begins, which is compared then.
+        if request.meet or not self._firmware.of(vehicle).flies_mission(vehicle) or not vehicle.telemetry.airborne:
+            go_on("")
+        else:
+            self._comparison.begin(vehicle, (), task, go_on, first=request.item - 1)
+        return refused[0] if refused else ""
 
 
 def _gimbal_words(request: s.PointGimbal) -> str:

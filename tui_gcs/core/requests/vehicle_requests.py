@@ -11,9 +11,8 @@ from typing import Any
 from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.command_encoder import CommandEncoder
+from tui_gcs.core.firmware.foreign_command_policy import MISSION_MODES
 from tui_gcs.core.firmware.mode_change_policy import mode_change_policy
-from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.formats.content import counted
@@ -22,6 +21,7 @@ from tui_gcs.core.mavlink.commands import CMD_REBOOT
 from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
+from tui_gcs.core.requests.mission_comparison import MissionComparison
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 from tui_gcs.core.requests.setup_requests import IN_THE_AIR, range_remark
 from tui_gcs.core.requests.tasks import Task
@@ -34,6 +34,7 @@ from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamS
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.vehicle.shell_job import ShellJob
+from tui_gcs.core.station.assembly import StationParts
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 from tui_gcs.core.uplink.jobs import Job
 
@@ -45,11 +46,10 @@ ARMED, CANCELLED = "it is armed", "cancelled"
 class VehicleRequests:
     """Begins requests about parameters, plans, files, logs, modes, shell and reboot, one method for each."""
 
-    def __init__(self, services: Services, firmware: FirmwareRegistry, command_encoder: CommandEncoder) -> None:
-        self._services = services
-        self._context = services.context
-        self._firmware = firmware
-        self._encoder = command_encoder
+    def __init__(self, parts: StationParts, comparison: MissionComparison) -> None:
+        self._services, self._context = parts.services, parts.services.context
+        self._firmware, self._encoder = parts.comms.firmware, parts.comms.command_encoder
+        self._flight, self._comparison = parts.flight, comparison
         self.acts: dict[type, VehicleAct] = {
             s.ReadParams: VehicleAct(self._read_params, lambda r: "read " + clean(", ".join(r.names), 60)),
             s.FetchParams: VehicleAct(self._fetch_params, named("fetch parameters")),
@@ -237,15 +237,16 @@ class VehicleRequests:
             raise NotConfirmedError(policy.danger)
         if vehicle.why_not_commanded and policy.retry is not RetryClass.STOP:
             return vehicle.why_not_commanded
-        firmware = self._firmware.of(vehicle)
+        remarks: list[str] = []
 
         def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
             ok = outcome is Outcome.CONFIRMED
-            text = f"in {modes.name(vehicle)}"
+            self._mode_ended(vehicle, number, ok=ok)
+            text = "; ".join([f"in {modes.name(vehicle)}", *remarks])
             task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text=text)
 
         try:
-            action = firmware.mode(vehicle, number, policy.name, policy.retry, done)
+            action = self._firmware.of(vehicle).mode(vehicle, number, policy.name, policy.retry, done)
         except ValueError as error:
             return str(error)
         # Only a heartbeat that came after the order counts: an older one may show the same mode.
@@ -255,8 +256,27 @@ class VehicleRequests:
         action.by = task.who
         if policy.is_stop:
             action.stop = StopReason(policy.name, task.who)
-        self._context.commands.submit(action)
-        return ""
+
+        def begin(remark: str) -> None:
+            remarks.extend([remark] if remark else [])
+            stop = policy.name if policy.retry is RetryClass.STOP else ""
+            self._flight.executive.mode_ordered(vehicle, number, stop)
+            self._context.commands.submit(action)
+
+        if modes.name(vehicle, number) not in MISSION_MODES or request.meet:
+            begin("")
+            return ""
+        return self._comparison.begin(vehicle, request.vehicles, task, begin)
+
+    def _mode_ended(self, vehicle: Vehicle, number: int, *, ok: bool) -> None:
+        """A mode that was ordered is confirmed or not: what the vehicle does next is judged by that."""
+        if not ok:
+            self._flight.executive.mode_refused(vehicle, number)
+        elif self._flight.flights.get(vehicle.id) is None:  # the executive watches vehicles of teams
+            if self._services.modes.name(vehicle, number) in MISSION_MODES:
+                self._flight.courses.watch_mission(vehicle.id)
+            else:
+                self._flight.flights.sent.discard(vehicle.id)
 
     def _type_shell(self, vehicle: Vehicle, request: s.TypeShell, task: Task) -> str:
         if why := why_no_shell(vehicle) or (ARMED if vehicle.telemetry.armed else ""):

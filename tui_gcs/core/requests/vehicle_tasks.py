@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any, get_args
 
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.base import VehicleRequest
@@ -18,7 +19,9 @@ from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.flight_requests import FlightRequests
 from tui_gcs.core.requests.handler import Access, NotConfirmedError, RequestHandler, VehicleAct
 from tui_gcs.core.requests.inspection_requests import InspectionRequests
+from tui_gcs.core.requests.mission_comparison import MissionComparison
 from tui_gcs.core.requests.payload_requests import PayloadRequests, payload_rows, remote_id_rows, traffic_rows
+from tui_gcs.core.requests.plan_rows import plan_of
 from tui_gcs.core.requests.setup_overview import SetupOverview
 from tui_gcs.core.requests.setup_requests import SetupRequests
 from tui_gcs.core.requests.tasks import TaskTable
@@ -38,12 +41,13 @@ class VehicleTasks:
         self._overview = SetupOverview(parts.services)
         self._inspection = InspectionRequests(parts)
         firmware = parts.comms.firmware
+        comparison = self._comparison = MissionComparison(parts)
         self._acts: dict[type, VehicleAct] = {
-            **VehicleRequests(parts.services, firmware, parts.comms.command_encoder).acts,
+            **VehicleRequests(parts, comparison).acts,
             **self._setup.acts,
             **self._overview.acts,
-            **PayloadRequests(parts.services, firmware).acts,
-            **FlightRequests(context).acts,
+            **PayloadRequests(parts.services, firmware, comparison).acts,
+            **FlightRequests(context, comparison).acts,
             **self._inspection.acts,
         }
 
@@ -53,6 +57,7 @@ class VehicleTasks:
         looks: dict[type, Callable[[Any], s.ServiceReply]] = {
             s.GetVehicles: self._vehicles,
             s.GetOnBoard: self._on_board,
+            s.CompareMission: self._compare_mission,
             s.GetTasks: lambda request: s.ServiceReply(ok=True, tasks=self.tasks.infos(request.numbers)),
             s.GetTaskResult: self._task_result,
             s.GetParams: self._params,
@@ -84,6 +89,13 @@ class VehicleTasks:
         known = self._parts.picture.fleet.vehicles
         rows = tuple(on_board(self._parts, v) for v in request.vehicles[: s.MAX_VEHICLES] if v in known)
         return s.ServiceReply(ok=True, on_board=rows)
+
+    def _compare_mission(self, request: s.CompareMission) -> s.ServiceReply:
+        known, ids = self._parts.picture.fleet.vehicles, request.vehicles[: s.MAX_VEHICLES]
+        plan = plan_of(PlanKind.MISSION, request.items)
+        found = {v: self._comparison.conflict_of_upload(known[v], plan, ids) for v in ids if v in known}
+        results = tuple(VehicleResult(v, not why, why) for v, why in found.items())
+        return s.ServiceReply(ok=not any(found.values()), text=self._comparison.unread_words(but=ids), results=results)
 
     def _task_result(self, request: s.GetTaskResult) -> s.ServiceReply:
         task = self.tasks.get(request.number)

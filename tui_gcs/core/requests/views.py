@@ -9,6 +9,7 @@ from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol import services as s
+from tui_gcs.core.requests.homes import home_deg
 from tui_gcs.core.requests.plan_rows import plan_rows
 from tui_gcs.core.requests.vehicle_details import details
 from tui_gcs.core.requests.vehicle_requests import failsafe_rows
@@ -53,7 +54,7 @@ def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
         loss_pct=vehicle.loss_pct,
         rtt_s=link_time.rtt_s if link_time is not None else math.nan,
         best_rtt_s=link_time.best_rtt_s if link_time is not None else math.nan,
-        home=_home(parts, vehicle),
+        home=home_deg(parts, vehicle),
         mission_items=len(held.plan.items) if held.plan is not None and held.known else mission.total,
         mission_current=mission.current,
         params_known=len(table.params),
@@ -78,17 +79,3 @@ def _version(parts: StationParts, vehicle: Vehicle) -> str:
     number = int(newest.fields["flight_sw_version"])
     stage = _STAGES.get(number & 0xFF, str(number & 0xFF))
     return f"{number >> 24 & 0xFF}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}" + (f"-{stage}" if stage else "")
-
-
-def home_amsl_m(parts: StationParts, vehicle: Vehicle) -> float:
-    """Height above mean sea level of the home that the vehicle reports, else the ground of the scenario's origin."""
-    home = _home(parts, vehicle)
-    return home[2] if home is not None else parts.active.scenario.origin.ground_amsl_m
-
-
-def _home(parts: StationParts, vehicle: Vehicle) -> tuple[float, float, float] | None:
-    newest = parts.picture.fleet.newest(vehicle, c.HOME_POSITION)
-    if newest is None:
-        return None
-    fields = newest.fields
-    return fields["latitude"] / 1e7, fields["longitude"] / 1e7, fields["altitude"] / 1e3

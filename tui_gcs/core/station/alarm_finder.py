@@ -132,9 +132,9 @@ class AlarmFinder:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
                 yield self._with_doubt(AlarmFinding("height", vehicle.id, text))
-        # What the operator ordered is no surprise: a mission on board, or motors that were stopped. This comes after
+        # What the operator ordered is no surprise: a mission or mode, or motors that were stopped. This comes after
         # its own checks, because its words say more of a fence than those.
-        ordered = (TakenOut.ON_BOARD, TakenOut.MOTORS_STOPPED)
+        ordered = (TakenOut.ON_BOARD, TakenOut.OWN_MODE, TakenOut.MOTORS_STOPPED)
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
         if flight is not None and has_left and now >= self._settled_s:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)

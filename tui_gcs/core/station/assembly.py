@@ -186,7 +186,7 @@ def _flight(config: StationConfig, flight_services: FlightServices) -> FlightPar
         FleetMonitor(flight_services.guard, flight_services.flights),
         EmergencyMonitor(flight_services.flights, executive.losses.declare_emergency),
         CourseMonitor(flight_services),
-        MissionSeparation(flight_services, steering, executive.hold_for_separation),
+        MissionSeparation(flight_services, steering, executive.may_stop_by_itself, executive.hold_for_separation),
         BatteryReturnController(flight_services, config.scenario.battery, executive),
         PointTable(flight_services, config.scenario, executive),
     )
