@@ -294,7 +294,7 @@ def test_one_mission_for_two_vehicles_is_refused_unless_they_may_meet(tmp_path: 
     rig = ServiceRig(tmp_path, *peers).heard()
     Path("a.wpl").write_text(WPL)
     code, _, err = tell(rig, "plan", "upload", "1-2", "a.wpl", "--yes")
-    assert code == 2 and "vehicles 1 and 2 would come within" in err and "--meet" in err
+    assert code == 2 and "vehicle 1: it would come within" in err and "--meet" in err
     assert not any(len(peer.stores[0]) > 1 for peer in peers)
     assert tell(rig, "plan", "upload", "1-2", "a.wpl", "--yes", "--meet")[0] == 0
 

@@ -12,6 +12,7 @@ from sitl.common.missions import Item
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import REQUEST
 from tui_gcs.core.protocol.common import Phase
@@ -184,3 +185,80 @@ def test_a_vehicle_of_no_team_on_its_mission_is_alarmed_too(rig: MakeRig) -> Non
     flight.run(6.0)
     assert left(flight) == f"left its mission (now GUIDED); commanded by system {OTHER}"
     assert any("does not follow this station: left its mission" in text for text in flight.texts("vehicle 2"))
+
+
+# ---------------------------------------------------------------- within its mission
+
+
+def heard_too(flight: Rig) -> None:
+    """Our station hears the heartbeats of the other one."""
+    beat = {"type": 6, "autopilot": 8, "base_mode": 0, "custom_mode": 0, "system_status": 4, "mavlink_version": 3}
+    flight.say("HEARTBEAT", OTHER, index=1, component=190, **beat)
+
+
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+def test_another_station_that_sets_another_item_is_alarmed(rig: MakeRig, autopilots: str) -> None:
+    """No mode changes, and its answer names nobody: nothing was told."""
+    flight = on_its_mission(rig, autopilots).run(4.0)
+    assert left(flight) == ""
+    heard_too(flight)
+    OtherStation(flight).send(2, "MISSION_SET_CURRENT", target_component=1, seq=2 if autopilots == "ardupilot" else 1)
+    flight.run(2.5)
+    assert left(flight) == f"it went from item 1 to item 2 of its mission; other station heard: system {OTHER}"
+    assert any("does not follow this station: it went from item 1" in text for text in flight.texts("vehicle 2"))
+
+
+def test_a_set_item_that_is_heard_on_a_shared_link_names_its_sender(rig: MakeRig) -> None:
+    flight = on_its_mission(rig).run(4.0)
+    flight.say("MISSION_SET_CURRENT", OTHER, index=1, component=190, target_system=2, target_component=1, seq=2)
+    flight.run(1.5)
+    assert left(flight) == f"another station sent it MISSION_SET_CURRENT; commanded by system {OTHER}"
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [(178, "it took a speed or height from"), (224, "another item of its mission")],
+)
+def test_commands_of_another_station_within_the_mission_are_alarmed(rig: MakeRig, command: int, words: str) -> None:
+    flight = on_its_mission(rig).run(4.0)
+    params = {f"param{n}": 0.0 for n in range(3, 8)} | {"param1": 1.0, "param2": 3.0}
+    OtherStation(flight).send(2, "COMMAND_LONG", target_component=1, command=command, confirmation=0, **params)
+    flight.run(2.0)
+    assert words in left(flight) and left(flight).endswith(f"commanded by system {OTHER}")
+
+
+def test_a_question_of_another_station_is_no_command(rig: MakeRig) -> None:
+    flight = on_its_mission(rig).run(4.0)
+    params = {f"param{n}": 0.0 for n in range(2, 8)} | {"param1": 148.0}
+    OtherStation(flight).send(2, "COMMAND_LONG", target_component=1, command=512, confirmation=0, **params)
+    flight.run(3.0)
+    assert left(flight) == ""
+
+
+def test_another_station_that_uploads_a_mission_into_the_flight_is_alarmed(rig: MakeRig) -> None:
+    flight = on_its_mission(rig).run(4.0)
+    flight.say("MISSION_ACK", 2, target_system=OTHER, target_component=190, type=0, mission_type=0)
+    flight.run(1.0)
+    assert left(flight) == f"another station changed its mission; commanded by system {OTHER}"
+
+
+def test_a_mission_that_is_flown_as_it_is_planned_is_not_alarmed(rig: MakeRig) -> None:
+    """Three places 90 m apart, with a jump back that is done twice."""
+    flight = rig(1).flying().run(10.0)
+    pilot, frame = flight.sim._pilots[0], flight.station.picture.fleet.frame
+    items = []
+    for x_m, y_m in [(0.0, 0.0), (240.0, 290.0), (330.0, 290.0), (330.0, 200.0)]:
+        lat, lon = frame.to_geodetic(x_m, y_m)
+        items.append(Item(16, frame=3, x=round(float(lat) * 1e7), y=round(float(lon) * 1e7), z=40.0))
+    items += [Item(177, frame=2, p1=1.0, p2=2.0), items[1]]
+    pilot.platform.plans.put(0, items)
+    pilot.platform.plans.feasible = True
+    flight.station.services.missions.download(1, PlanKind.MISSION)
+    flight.run(3.0)
+    order(flight, OnBoardMission((1,), "start"))
+    seen = set()
+    for _ in range(300):
+        flight.run(0.5)
+        seen.add((left(flight), flight.station.services.missions.state(1).current))
+    assert {current for _, current in seen} >= {0, 1, 2, 4}
+    assert {text for text, _ in seen} == {""}

@@ -337,9 +337,8 @@ class VehicleRegistry:
 
     def _drop_early(self, slot: Slot, now: float) -> bool:
         if slot.layout is not None and slot.layout.name in COMMANDS:
-            fields = slot.fields()
-            commanded = fields.get("target_system", fields.get("target", 0))
-            self.other_stations.hear_command(slot.stream.source.network, slot.system, commanded, now)
+            network, name = slot.stream.source.network, slot.layout.name
+            self.other_stations.hear_frame(network, slot.system, name, slot.fields(), now)
         self.dropped["before its first heartbeat"] += 1
         return True
 

@@ -28,6 +28,29 @@ COMMANDS = frozenset(
     }
 )
 """Messages that move a vehicle."""
+MOVING = {
+    **dict.fromkeys((16, 17, 18, 19, 31, 34, 82, 192, 252), "a place"),
+    **dict.fromkeys((20, 21, 22, 84, 85, 189, 190, 191), "a take-off, return or landing"),
+    **dict.fromkeys((92, 176), "a mode"),
+    **dict.fromkeys((177, 224, 300, 601), "another item of its mission"),
+    **dict.fromkeys((113, 114, 178, 186), "a speed or height"),
+    **dict.fromkeys((179, 185, 193, 400), "a home, a pause or its motors"),
+}
+"""MAV_CMD that change what a vehicle flies, and words for them. Others, as requests for messages, change nothing."""
+OF_MISSION = frozenset({"MISSION_ITEM", "MISSION_COUNT", "MISSION_SET_CURRENT"})
+"""Of `COMMANDS` those that change a mission on board, and nothing else."""
+ACCEPTED, IN_PROGRESS = 0, 5
+"""Values of MAV_RESULT with which a vehicle does what it is asked for."""
+
+
+@dataclass(frozen=True)
+class ForeignChange:
+    """What another station, or somebody else, made a vehicle do."""
+
+    at_s: float
+    text: str
+    of_mission: bool
+    """Whether it concerns only a vehicle that flies its mission."""
 
 
 @dataclass
@@ -39,6 +62,8 @@ class OtherStations:
     """By network and system id."""
     _commanded_s: dict[tuple[str, int, int], float] = field(default_factory=dict)
     """By network, the vehicle's system id and the station's."""
+    _changes: dict[tuple[str, int], ForeignChange] = field(default_factory=dict)
+    """The newest of each vehicle, by network and system id."""
 
     def hear(self, network: str, system: int, fields: dict[str, Any], now: float) -> None:
         """Take a heartbeat of a system that is no vehicle."""
@@ -50,13 +75,41 @@ class OtherStations:
         if system not in (0, self.own_system, vehicle):
             _note(self._commanded_s, (network, vehicle, system), now)
 
+    def hear_frame(self, network: str, system: int, name: str, fields: dict[str, Any], now: float) -> None:
+        """Take a message of `COMMANDS` that another system sent over one of our links."""
+        vehicle, command = fields.get("target_system", fields.get("target", 0)), fields.get("command")
+        if (command is not None and command not in MOVING) or system in (0, self.own_system, vehicle):
+            return
+        self.hear_command(network, system, vehicle, now)
+        what = MOVING[command] if command is not None else name
+        self.note(network, vehicle, f"another station sent it {what}", now, of_mission=name in OF_MISSION)
+
+    def note(self, network: str, vehicle: int, text: str, now: float, *, of_mission: bool) -> None:
+        """Note what somebody else made a vehicle do, or what it does that nobody here asked for."""
+        self._changes.pop((network, vehicle), None)
+        if len(self._changes) >= MAX_ENTRIES:
+            del self._changes[next(iter(self._changes))]
+        self._changes[network, vehicle] = ForeignChange(now, text, of_mission)
+
+    def change(self, vehicle: Vehicle, now: float) -> ForeignChange | None:
+        """The newest change of the vehicle that another station made within `COMMANDED_S`."""
+        # A command to system 0 is for all.
+        found = self._changes.get((vehicle.network, vehicle.system)) or self._changes.get((vehicle.network, 0))
+        return found if found is not None and now - found.at_s < COMMANDED_S else None
+
     def on_ack(self, now: Callable[[], float]) -> Callable[[Vehicle, dict[str, Any]], None]:
         """A listener for COMMAND_ACK: one that is addressed to another station answers a command of that one."""
         # No lambda: a replay keeps copies of the fleet, and a copy of a lambda would still report to the original.
         return partial(self._hear_ack, now)
 
     def _hear_ack(self, now: Callable[[], float], vehicle: Vehicle, fields: dict[str, Any]) -> None:
-        self.hear_command(vehicle.network, fields["target_system"], vehicle.system, now())
+        station, command = fields["target_system"], fields["command"]
+        if station in (0, self.own_system, vehicle.system) or command not in MOVING:
+            return
+        self.hear_command(vehicle.network, station, vehicle.system, now())
+        if fields["result"] in (ACCEPTED, IN_PROGRESS):
+            text = f"it took {MOVING[command]} from another station"
+            self.note(vehicle.network, vehicle.system, text, now(), of_mission=False)
 
     def words(self, vehicle: Vehicle, now: float) -> str:
         """Which stations may have commanded the vehicle, e.g. "commanded by system 252"; "" if none was heard."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
-from tui_gcs.core.flight.flights import Flight, HoldStep
+from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
@@ -25,6 +25,8 @@ AWAY_M = 25.0
 leads 18 m away (see `BRAKE_SHARE` of the guard)."""
 BESIDE_M = 15.0
 """A vehicle that was on its path and is this far beside it is led by something else. The worst wind brought 8 m."""
+ORDERED_S = 5.0
+"""What a vehicle does this soon after an order of this station is taken for the effect of that."""
 LEFT_S = 3.0
 """A heartbeat that shows the mission's end may come this much before the item that shows that it is over."""
 
@@ -45,10 +47,12 @@ class CourseMonitor:
 
     def __init__(self, services: FlightServices) -> None:
         self._other_stations, self._flights = services.fleet.other_stations, services.flights
-        self._events, self._firmware = services.events, services.firmware
+        self._events, self._firmware, self._clock = services.events, services.firmware, services.clock
         self._courses: dict[int, _Course] = {}
         self._missions: dict[int, float] = {}
         """Vehicles of no team on missions that this station started, by when they were last seen to fly them."""
+        self._ordered_s: dict[int, float] = {}
+        """When each of these was sent on its mission."""
         self.found: dict[int, str] = {}
         """By vehicle."""
 
@@ -58,6 +62,7 @@ class CourseMonitor:
         `seen_s` is when it was last seen to fly it; NaN while the order is under way.
         """
         self._missions[vehicle] = seen_s
+        self._ordered_s[vehicle] = self._clock.now()
         self._flights.sent.add(vehicle)
 
     def look(self, vehicles: Mapping[int, Vehicle], now: float) -> dict[int, str]:
@@ -67,7 +72,7 @@ class CourseMonitor:
             vehicle = vehicles.get(flight.vehicle)
             if vehicle is None or vehicle.freshness(now) is not Freshness.OK or not vehicle.telemetry.airborne:
                 self._courses.pop(flight.vehicle, None)
-            elif text := self._strays(flight, vehicle, now):
+            elif text := self._strays(flight, vehicle, now) or self._led_on(flight, vehicle, now):
                 found[vehicle.id] = text
         found |= self._off_mission(vehicles, now)
         for vehicle_id in found.keys() - self.found.keys():
@@ -76,6 +81,15 @@ class CourseMonitor:
             self._events.report(EventClass.MISSION, f"vehicle {vehicle_id}", text, WARNING, every_s=5)
         self.found = found
         return found
+
+    def _led_on(self, flight: Flight, vehicle: Vehicle, now: float) -> str:
+        """What another station made a vehicle do that this one flies, or lets fly its mission; "" if nothing."""
+        change = self._other_stations.change(vehicle, now)
+        on_mission = flight.step is TakenOut.ON_BOARD
+        ours = on_mission or flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT)
+        if change is None or not ours or change.at_s <= flight.since_s + ORDERED_S:
+            return ""
+        return change.text if on_mission or not change.of_mission else ""
 
     def _off_mission(self, vehicles: Mapping[int, Vehicle], now: float) -> dict[int, str]:
         found = {}
@@ -89,6 +103,9 @@ class CourseMonitor:
                 self._flights.sent.discard(vehicle_id)
             elif self._firmware.of(vehicle).flies_mission(vehicle):
                 self._missions[vehicle_id] = now
+                change = self._other_stations.change(vehicle, now)
+                if change is not None and change.at_s > self._ordered_s[vehicle_id] + ORDERED_S:
+                    found[vehicle_id] = change.text
             elif now - seen_s > LEFT_S:  # False while it is NaN
                 mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
                 found[vehicle_id] = f"left its mission (now {mode})"

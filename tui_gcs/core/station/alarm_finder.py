@@ -142,7 +142,8 @@ class AlarmFinder:
             yield AlarmFinding(cause, vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
         elif strays := self._parts.flight.courses.found.get(vehicle.id):
             stations = self._parts.picture.fleet.other_stations.words(vehicle, now)
-            yield AlarmFinding("left", vehicle.id, f"{strays}; {stations}" if stations else strays)
+            action = "another station commands it: agree with that, or [hold_all] hold all" if stations else ""
+            yield AlarmFinding("left", vehicle.id, f"{strays}; {stations}" if stations else strays, action)
         if flight is not None and flight.vetoed:
             # The brake takes some seconds, less than the delay of this alarm.
             moves = "" if stands_still(vehicle) else f"it does NOT hold: {MOVES_ACTION}"

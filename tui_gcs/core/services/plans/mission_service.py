@@ -19,6 +19,7 @@ from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.context import ActionDone, ServiceContext
+from tui_gcs.core.services.plans.mission_jumps import jump_words
 from tui_gcs.core.services.plans.plan_jobs import ClearJob, DownloadJob, OnDone, PlanJob, UploadJob
 from tui_gcs.core.services.plans.plan_messages import ACCEPTED
 from tui_gcs.core.services.plans.plan_table import MissionProgress, MissionState, PlanRegistry
@@ -153,6 +154,7 @@ class MissionService:
 
     def _send_current(self, vehicle: int, seq: int, copy: int, *, by_command: bool) -> str:
         uplink = self._context.uplink
+        self.state(vehicle).led_on_s = self._context.clock.now()
         if not by_command:
             return uplink.action(vehicle, Order("mission item"), "MISSION_SET_CURRENT", seq=seq)
         order = MavCommand(CMD_SET_CURRENT, (seq,))
@@ -175,8 +177,11 @@ class MissionService:
         """Take the ACK of another station's upload or deletion: the plan on board has changed."""
         kind = fields.get("mission_type", 0)
         if kind in tuple(PlanKind):
-            station = f"station {fields['target_system']} changed it"
-            self._not_ours(vehicle.id, PlanKind(kind), station)
+            system, now = fields["target_system"], self._context.clock.now()
+            stations, text = self._context.fleet.other_stations, f"another station changed its {PlanKind(kind).word}"
+            stations.hear_command(vehicle.network, system, vehicle.system, now)
+            stations.note(vehicle.network, vehicle.system, text, now, of_mission=kind == PlanKind.MISSION)
+            self._not_ours(vehicle.id, PlanKind(kind), f"station {system} changed it")
 
     def _not_ours(self, vehicle: int, kind: PlanKind, why: str) -> None:
         held = self.state(vehicle).held[kind]
@@ -197,8 +202,8 @@ class MissionService:
             state.reached = index
 
     def _on_current(self, vehicle: Vehicle, fields: Fields) -> None:
-        state = self.state(vehicle.id)
-        state.last_heard_s = self._context.clock.now()
+        state, now = self.state(vehicle.id), self._context.clock.now()
+        before, silent_s, state.last_heard_s = state.current, now - state.last_heard_s, now
         state.progress = PROGRESS.get(fields.get("mission_state", 0), MissionProgress.UNKNOWN)
         total = fields.get("total", 0)
         if total == NO_MISSION or (total == 0 and state.progress is MissionProgress.NO_MISSION):
@@ -206,12 +211,24 @@ class MissionService:
         else:
             state.total = total or None  # 0: it does not report the count
         state.current = self._index(vehicle, fields["seq"], state.total)
+        self._look_for_jump(vehicle, state, before, silent_s)
         numbers = (fields.get("mission_id", 0), fields.get("fence_id", 0), fields.get("rally_points_id", 0))
         state.ids = dict(zip(PlanKind, numbers, strict=True))
         # A vehicle that never numbered a kind (ArduPilot) cannot contradict by a number.
         state.numbered |= {kind for kind, number in state.ids.items() if number}
         for kind in PlanKind:
             self._compare(vehicle.id, state, kind)
+
+    def _look_for_jump(self, vehicle: Vehicle, state: MissionState, before: int | None, silent_s: float) -> None:
+        """Note where it went on with an item to which neither its plan nor this station led it."""
+        held, now = state.held[PlanKind.MISSION], self._context.clock.now()
+        if before is None or state.current is None or held.plan is None or not held.known:
+            return
+        if now - max(state.led_on_s, state.changed_s.get(PlanKind.MISSION, -math.inf)) < LATE_REPORT_S:
+            return
+        here_deg = vehicle.telemetry.lat_deg, vehicle.telemetry.lon_deg
+        if text := jump_words(held.plan.items, before, state.current, here_deg, silent_s):
+            self._context.fleet.other_stations.note(vehicle.network, vehicle.system, f"it {text}", now, of_mission=True)
 
     def _index(self, vehicle: Vehicle, seq: int, total: int | None) -> int | None:
         """The plan's item that a sequence number means; None for what cannot be (docs/threats.md B.6-65)."""

@@ -62,6 +62,8 @@ class MissionState:
     progress: MissionProgress = MissionProgress.UNKNOWN
     last_heard_s: float = -math.inf
     """Station time of the last MISSION_CURRENT."""
+    led_on_s: float = -math.inf
+    """Station time of the newest order of this station to go on with another item."""
     ids: dict[PlanKind, int] = field(default_factory=dict)
     """Numbers of the plans on board in the newest MISSION_CURRENT, 0 for those it does not number."""
     held: dict[PlanKind, HeldPlan] = field(default_factory=lambda: {kind: HeldPlan() for kind in PlanKind})
