@@ -116,6 +116,7 @@ class ConsoleApp(TerminalApp):
         self._notices = NoticeBoard(self.clock.now)
         self._leaving = False
         self._plan: PlanScreen | None = None
+        self._fly: FlyScreen | None = None
         self.add_mode("fly", self._fly_screen)
         self.add_mode("plan", self._plan_screen)
         self.add_mode("missions", self._missions_screen)
@@ -127,9 +128,10 @@ class ConsoleApp(TerminalApp):
         self.add_mode("tasks", self._tasks_screen)
         self.add_mode("plots", self._plots_screen)
         self.add_mode("flights", self._flights_screen)
+        self.add_mode("traffic", self._traffic_screen)
 
     def _fly_screen(self) -> Screen[None]:
-        screen = FlyScreen(self.feed, glyphs=self.glyphs)
+        self._fly = screen = FlyScreen(self.feed, glyphs=self.glyphs)
         screen.map_view.set_overlays(tuple(self.options.overlays))
         screen.map_view.content.elevation = self.options.elevation
         return screen
@@ -190,6 +192,14 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.flights.flights_screen import FlightsScreen
 
         return FlightsScreen(self.feed, self.clock, FlightArchive(self.options.recordings), glyphs=self.glyphs)
+
+    def _traffic_screen(self) -> Screen[None]:
+        from tui_gcs.screens.traffic.traffic_screen import TrafficScreen
+
+        def cursor() -> tuple[float, float] | None:
+            return self._fly.cursor_m if self._fly is not None else None
+
+        return TrafficScreen(self.feed, self.clock, cursor=cursor, glyphs=self.glyphs)
 
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""

@@ -11,6 +11,7 @@ from tui_gcs.actions.plot_actions import PLOT_ACTIONS
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.task_actions import TASK_ACTIONS
+from tui_gcs.actions.traffic_actions import TRAFFIC_ACTIONS
 from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS, VEHICLES_ACTIONS
 
 SCOPES = {
@@ -27,4 +28,5 @@ SCOPES = {
     "flights": FLIGHT_ACTIONS,
     REPLAY_SCOPE: REPLAY_ACTIONS,
     "plots": PLOT_ACTIONS,
+    "traffic": TRAFFIC_ACTIONS,
 }

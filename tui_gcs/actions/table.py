@@ -54,6 +54,7 @@ MENU_SCREENS = (
     ("l", "links", "Links", "losses, rates, radios of every path; add, close; partners"),
     ("g", "plots", "Plots", "any value of any vehicles over time, live; panes, cursor, saved views"),
     ("f", "flights", "Flights", "recorded flights, rehearsals, logs: what happened, replay, export"),
+    ("a", "traffic", "Traffic", "tracks, ADS-B, Remote ID beside the fleet; tasks for planners"),
     ("t", "tasks", "Tasks", "what goes on, cancel; people who are connected, hand over control"),
 )
 """Screens without a key of their own: letter in the menu of `S`, mode, name, what is on it."""

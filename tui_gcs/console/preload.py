@@ -20,6 +20,7 @@ SCREENS = (
     "tasks.tasks_screen",
     "plots.live_plots_screen",
     "flights.flights_screen",
+    "traffic.traffic_screen",
 )
 
 

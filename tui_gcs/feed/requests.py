@@ -22,7 +22,7 @@ from tui_gcs.core.protocol.services import (
     GetVehicles,
     ServiceReply,
 )
-from tui_gcs.core.protocol.setup import GetSetup, GetTraffic
+from tui_gcs.core.protocol.setup import GetRemoteIds, GetSetup, GetTraffic
 from tui_gcs.feed.bus_questions import awaited_answer
 from tui_gcs.feed.stop_requests import StopRequests
 
@@ -51,6 +51,7 @@ READING = (
     GetSetup,
     GetTaskResult,
     GetTasks,
+    GetRemoteIds,
     GetTraffic,
     GetValues,
     GetVehicles,

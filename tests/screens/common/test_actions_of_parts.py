@@ -24,6 +24,7 @@ from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
 from tui_gcs.screens.plan.plan_screen import PlanScreen
 from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
 from tui_gcs.screens.tasks.tasks_screen import TasksScreen
+from tui_gcs.screens.traffic.traffic_screen import TrafficScreen
 from tui_gcs.screens.vehicles.vehicles_screen import VehiclesScreen
 
 HANDLED_BEFORE = {"form", "corner", "snapping", "pointer"}
@@ -40,6 +41,7 @@ def screen_of(scope: str) -> Screen | type[ReplayApp]:
         "inspector": InspectorScreen,
         "links": LinksScreen,
         "tasks": TasksScreen,
+        "traffic": TrafficScreen,
     }
     if scope in drafts:
         return drafts[scope](feed, clock)

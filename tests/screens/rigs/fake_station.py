@@ -34,7 +34,7 @@ from tui_gcs.core.protocol.inspection import (
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
-from tui_gcs.core.protocol.setup import AskPayloads, GetTraffic, TrafficRow
+from tui_gcs.core.protocol.setup import AskPayloads, GetRemoteIds, GetTraffic, RemoteIdRow, TrafficRow
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
@@ -79,6 +79,9 @@ class FakeStation:
     old_events: list[m.JournalEvent] = field(default_factory=list)
     """Of earlier starts: in the journal only."""
     traffic: tuple[TrafficRow, ...] = ()
+    remote_ids: tuple[RemoteIdRow, ...] = ()
+    tracks: tuple[m.Track, ...] = ()
+    points: tuple[m.PointOfInterest, ...] = ()
     on_board: dict[int, s.OnBoardRow] = field(default_factory=dict)
     modes: tuple[str, ...] = ()
     params: dict[int, dict[str, s.ParamRow]] = field(default_factory=dict)
@@ -168,7 +171,9 @@ class FakeStation:
         rows = [self._row(index) for index in range(self.count)]
         columns = {name: tuple(getattr(row, name) for row in rows) for name in m.VehicleRow._fields}
         columns["ids"] = columns.pop("id")
-        return m.FleetFrame(seq=self.seq, t_s=self.t_s, wall_s=WALL_START_S + self.t_s, kind=self.kind, **columns)
+        return m.FleetFrame(
+            seq=self.seq, t_s=self.t_s, wall_s=WALL_START_S + self.t_s, kind=self.kind, tracks=self.tracks, **columns
+        )
 
     def status(self) -> m.StationStatus:
         frame = self.frame()
@@ -195,6 +200,7 @@ class FakeStation:
             alarms=self.alarms(),
             preflight=self.preflight,
             dropped=self.dropped,
+            points=self.points,
         )
 
     def alarms(self) -> tuple[m.Alarm, ...]:
@@ -478,6 +484,7 @@ class FakeStation:
             m.Preview,
             m.CancelPreview,
             GetTraffic,
+            GetRemoteIds,
             GetMessages,
             GetValues,
             GetLinks,
@@ -532,6 +539,8 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
         ok=True, tasks=tuple(station.tasks[n] for n in request.numbers or station.tasks)
     ),
     GetTraffic: lambda station, _: s.ServiceReply(ok=True, traffic=station.traffic),
+    GetRemoteIds: lambda station, _: s.ServiceReply(ok=True, remote_ids=station.remote_ids),
+    **dict.fromkeys((m.AddPoints, m.CancelPoints), lambda *_: m.Reply(ok=True, text="done")),
     m.GetPlan: lambda *_: m.Reply(ok=True),
     m.GetPlanners: lambda station, _: m.Reply(ok=True, planners=station.planners),
     m.Start: FakeStation._start,
