@@ -5,6 +5,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.core.records.onboard_log_files import copter_log
@@ -14,7 +15,7 @@ from tests.screens.rigs.pictures import same_as_snapshot
 from tests.screens.rigs.quiet_pilot import QuietPilot
 from tui_gcs.console.flight_plot_app import FlightPlotApp
 from tui_gcs.core.records.onboard_series import open_flight
-from tui_gcs.feed.plots.flight_source import FlightPlotSource
+from tui_gcs.feed.plots.flight_source import FlightPlotSource, joined
 from tui_gcs.feed.plots.plot_layout import WHOLE_FLIGHT, PlotLayout
 from tui_gcs.widgets.basics.glyphs import UNICODE
 
@@ -115,6 +116,13 @@ def test_logs_are_joined_by_time(tmp_path: Path) -> None:
     assert source.is_reading
     source.read()
     assert not source.is_reading and all(len(source.points(found[0])[0]) for found in values)
+
+
+def test_one_value_in_two_logs_is_one_curve_with_a_gap() -> None:
+    first, second = (np.array([1.0, 2.0]), np.array([5.0, 6.0])), (np.array([8.0, 9.0]), np.array([7.0, 8.0]))
+    times_s, values = joined([second, first])
+    assert (np.diff(times_s) > 0).all() and np.isnan(values[[2, -1]]).all()
+    assert values[~np.isnan(values)].tolist() == [5.0, 6.0, 7.0, 8.0]
 
 
 def test_a_log_that_vanished_is_reported(tmp_path: Path) -> None:

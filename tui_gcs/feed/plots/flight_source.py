@@ -86,13 +86,14 @@ class FlightPlotSource:
         missing = [key for key in map(_key, self._followed) if key not in self._points]
         if not missing:
             return
-        found: dict[SeriesKey, Points] = {}
+        found: dict[SeriesKey, list[Points]] = {key: [] for key in missing}
         for flight in self._flights:
             try:
-                found = {**flight.read([key for key in missing if key not in found]), **found}
+                for key, points in flight.read(missing).items():
+                    found[key].append(points)
             except (TlogError, OnboardLogError) as error:
                 self.error = str(error)
-        self._points |= {key: found.get(key, NOTHING) for key in missing}
+        self._points |= {key: joined(parts) for key, parts in found.items()}
 
     def points(self, value: PlotValue, from_s: float = -math.inf, to_s: float = math.inf) -> tuple[Floats, Floats]:
         """See `PlotSource`."""
@@ -107,6 +108,17 @@ class FlightPlotSource:
             return clock_words(t_s)
         whole = int(t_s) if math.isfinite(t_s) else 0
         return f"T+{whole // 60:02d}:{whole % 60:02d}"
+
+
+def joined(parts: Sequence[Points]) -> Points:
+    """Return the points of one value in several logs in order of time, with a gap where one log ends."""
+    if len(parts) < 2:
+        return parts[0] if parts else NOTHING
+    ends = [(np.nextafter(times_s[-1:], np.inf), np.full(len(times_s[-1:]), np.nan)) for times_s, _ in parts]
+    times_s = np.concatenate([times_s for times_s, _ in (*parts, *ends)])
+    values = np.concatenate([values for _, values in (*parts, *ends)])
+    order = np.argsort(times_s, kind="stable")
+    return times_s[order], values[order]
 
 
 def _key(value: PlotValue) -> SeriesKey:
