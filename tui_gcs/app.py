@@ -129,6 +129,7 @@ class ConsoleApp(TerminalApp):
         self.add_mode("plots", self._plots_screen)
         self.add_mode("flights", self._flights_screen)
         self.add_mode("traffic", self._traffic_screen)
+        self.add_mode("onboard", self._onboard_screen)
 
     def _fly_screen(self) -> Screen[None]:
         self._fly = screen = FlyScreen(self.feed, glyphs=self.glyphs)
@@ -186,6 +187,11 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
 
         return LivePlotsScreen(self.feed, self.recorder, folder=self.options.folder, glyphs=self.glyphs)
+
+    def _onboard_screen(self) -> Screen[None]:
+        from tui_gcs.screens.flights.vehicle_logs_screen import VehicleLogsScreen
+
+        return VehicleLogsScreen(self.feed, self.clock, glyphs=self.glyphs)
 
     def _flights_screen(self) -> Screen[None]:
         from tui_gcs.core.records.flight_archive import FlightArchive

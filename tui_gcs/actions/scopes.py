@@ -12,6 +12,7 @@ from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.task_actions import TASK_ACTIONS
 from tui_gcs.actions.traffic_actions import TRAFFIC_ACTIONS
+from tui_gcs.actions.vehicle_log_actions import VEHICLE_LOG_ACTIONS
 from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS, VEHICLES_ACTIONS
 
 SCOPES = {
@@ -26,6 +27,7 @@ SCOPES = {
     "links": LINK_ACTIONS,
     "tasks": TASK_ACTIONS,
     "flights": FLIGHT_ACTIONS,
+    "onboard": VEHICLE_LOG_ACTIONS,
     REPLAY_SCOPE: REPLAY_ACTIONS,
     "plots": PLOT_ACTIONS,
     "traffic": TRAFFIC_ACTIONS,

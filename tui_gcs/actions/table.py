@@ -53,6 +53,7 @@ MENU_SCREENS = (
     ("i", "inspector", "Inspector", "every message live: rates, fields, bytes; what was dropped"),
     ("l", "links", "Links", "losses, rates, radios of every path; add, close; partners"),
     ("g", "plots", "Plots", "any value of any vehicles over time, live; panes, cursor, saved views"),
+    ("o", "onboard", "Onboard logs", "logs on vehicles: list, download several at once, cancel"),
     ("f", "flights", "Flights", "recorded flights, rehearsals, logs: what happened, replay, export"),
     ("a", "traffic", "Traffic", "tracks, ADS-B, Remote ID beside the fleet; tasks for planners"),
     ("t", "tasks", "Tasks", "what goes on, cancel; people who are connected, hand over control"),

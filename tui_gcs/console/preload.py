@@ -21,6 +21,7 @@ SCREENS = (
     "plots.live_plots_screen",
     "flights.flights_screen",
     "traffic.traffic_screen",
+    "flights.vehicle_logs_screen",
 )
 
 

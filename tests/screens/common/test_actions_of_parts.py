@@ -15,6 +15,7 @@ from tui_gcs.core.records.flight_archive import FlightArchive
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.plots.value_recorder import ValueRecorder
 from tui_gcs.screens.flights.flights_screen import FlightsScreen
+from tui_gcs.screens.flights.vehicle_logs_screen import VehicleLogsScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.inspect.inspector_screen import InspectorScreen
 from tui_gcs.screens.links.links_screen import LinksScreen
@@ -42,6 +43,7 @@ def screen_of(scope: str) -> Screen | type[ReplayApp]:
         "links": LinksScreen,
         "tasks": TasksScreen,
         "traffic": TrafficScreen,
+        "onboard": VehicleLogsScreen,
     }
     if scope in drafts:
         return drafts[scope](feed, clock)

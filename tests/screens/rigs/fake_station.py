@@ -509,7 +509,7 @@ def _without_time(request: m.AnyRequest) -> m.AnyRequest:
 
 
 HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
-    **dict.fromkeys(get_args(s.Change), FakeStation._begin),
+    **dict.fromkeys((*get_args(s.Change), s.ListLogs, s.DownloadLog), FakeStation._begin),
     m.Hello: FakeStation._hello,
     m.GetScenario: FakeStation._scenario,
     m.GetEvents: FakeStation._events,
