@@ -130,6 +130,7 @@ class ConsoleApp(TerminalApp):
         self.add_mode("flights", self._flights_screen)
         self.add_mode("traffic", self._traffic_screen)
         self.add_mode("onboard", self._onboard_screen)
+        self.add_mode("setup", self._setup_screen)
 
     def _fly_screen(self) -> Screen[None]:
         self._fly = screen = FlyScreen(self.feed, glyphs=self.glyphs)
@@ -206,6 +207,11 @@ class ConsoleApp(TerminalApp):
             return self._fly.cursor_m if self._fly is not None else None
 
         return TrafficScreen(self.feed, self.clock, cursor=cursor, glyphs=self.glyphs)
+
+    def _setup_screen(self) -> Screen[None]:
+        from tui_gcs.screens.setup.setup_screen import SetupScreen
+
+        return SetupScreen(self.feed, self.clock, glyphs=self.glyphs)
 
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""

@@ -9,6 +9,7 @@ from tui_gcs.actions.parameter_actions import PARAMETER_ACTIONS
 from tui_gcs.actions.plan_actions import PLAN_ACTIONS
 from tui_gcs.actions.plot_actions import PLOT_ACTIONS
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
+from tui_gcs.actions.setup_actions import SETUP_ACTIONS
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.task_actions import TASK_ACTIONS
 from tui_gcs.actions.traffic_actions import TRAFFIC_ACTIONS
@@ -31,4 +32,5 @@ SCOPES = {
     REPLAY_SCOPE: REPLAY_ACTIONS,
     "plots": PLOT_ACTIONS,
     "traffic": TRAFFIC_ACTIONS,
+    "setup": SETUP_ACTIONS,
 }

@@ -51,6 +51,7 @@ def _command(name: str, keys: str, label: str, text: str, weight: int = 0, **mor
 MENU_SCREENS = (
     ("p", "parameters", "Parameters", "search, compare, set, copy, load, save"),
     ("i", "inspector", "Inspector", "every message live: rates, fields, bytes; what was dropped"),
+    ("s", "setup", "Setup", "airframe, sensors, radio, modes, failsafes, motors, battery, gains"),
     ("l", "links", "Links", "losses, rates, radios of every path; add, close; partners"),
     ("g", "plots", "Plots", "any value of any vehicles over time, live; panes, cursor, saved views"),
     ("o", "onboard", "Onboard logs", "logs on vehicles: list, download several at once, cancel"),

@@ -22,6 +22,7 @@ SCREENS = (
     "flights.flights_screen",
     "traffic.traffic_screen",
     "flights.vehicle_logs_screen",
+    "setup.setup_screen",
 )
 
 

@@ -24,6 +24,7 @@ from tui_gcs.screens.missions.missions_screen import MissionsScreen
 from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
 from tui_gcs.screens.plan.plan_screen import PlanScreen
 from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
+from tui_gcs.screens.setup.setup_screen import SetupScreen
 from tui_gcs.screens.tasks.tasks_screen import TasksScreen
 from tui_gcs.screens.traffic.traffic_screen import TrafficScreen
 from tui_gcs.screens.vehicles.vehicles_screen import VehiclesScreen
@@ -44,6 +45,7 @@ def screen_of(scope: str) -> Screen | type[ReplayApp]:
         "tasks": TasksScreen,
         "traffic": TrafficScreen,
         "onboard": VehicleLogsScreen,
+        "setup": SetupScreen,
     }
     if scope in drafts:
         return drafts[scope](feed, clock)

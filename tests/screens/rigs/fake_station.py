@@ -34,7 +34,19 @@ from tui_gcs.core.protocol.inspection import (
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
-from tui_gcs.core.protocol.setup import AskPayloads, GetRemoteIds, GetTraffic, RemoteIdRow, TrafficRow
+from tui_gcs.core.protocol.setup import (
+    AskPayloads,
+    ConfirmStep,
+    GetRemoteIds,
+    GetSetup,
+    GetTraffic,
+    ReadSetup,
+    RemoteIdRow,
+    SetGain,
+    SetUp,
+    SetupSectionRow,
+    TrafficRow,
+)
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
@@ -96,6 +108,10 @@ class FakeStation:
     """Results by the number of their task."""
     greatest: dict[str, float] = field(default_factory=dict)
     """The top of the range of parameters, by name."""
+    setup: tuple[SetupSectionRow, ...] = ()
+    """How the setup of vehicles stands, with the lines of every section."""
+    no_confirm: str = ""
+    """Why no prompt is taken as followed."""
     inspection: Inspection | None = None
     """What is received."""
     details: dict[int, MessageDetail] = field(default_factory=dict)
@@ -370,13 +386,34 @@ class FakeStation:
             self.results[task.number] = s.TaskResult(out_of_range=beyond)
         return reply
 
-    def _ended(self, request: s.FetchParams | s.SetParams | SetMessageRate, failed: dict[int, str]) -> s.ServiceReply:
+    def _ended(self, request: Any, failed: dict[int, str]) -> s.ServiceReply:
         """Tasks that are over when they are asked about."""
         reply = self._begin(request)
         for task in reply.tasks:
             why = failed.get(task.vehicle, "")
             self.end_task(task.number, "failed" if why else "done", why)
         return reply
+
+    def _setup(self, request: GetSetup) -> s.ServiceReply:
+        rows = (row for row in self.setup if row.vehicle in request.vehicles)
+        without = (row if row.section == request.section else msgspec.structs.replace(row, fields=()) for row in rows)
+        return s.ServiceReply(ok=True, setup_sections=tuple(without))
+
+    def _set_gain(self, request: SetGain) -> s.ServiceReply:
+        if self.doubts and not request.sure:
+            results = (m.VehicleResult(v, False, self.doubts, m.ReplyCode.NOT_CONFIRMED) for v in request.vehicles)
+            return s.ServiceReply(ok=False, results=tuple(results))
+        beyond = request.value > self.greatest.get(request.name, math.inf) and not request.beyond_range
+        if not beyond:
+            return self._ended(request, self.no_set)
+        reply = self._ended(request, dict.fromkeys(request.vehicles, f"{request.name}: must be within its range"))
+        for task in reply.tasks:
+            self.results[task.number] = s.TaskResult(out_of_range=(request.name,))
+        return reply
+
+    def _confirm(self, request: ConfirmStep) -> m.Reply:
+        why = self.no_confirm
+        return m.Reply(ok=not why, text=why or f"task {request.number}: confirmed")
 
     def _messages(self, request: GetMessages) -> s.ServiceReply:
         found = self.inspection
@@ -489,6 +526,7 @@ class FakeStation:
             GetValues,
             GetLinks,
             GetPeople,
+            GetSetup,
             AskPayloads,
             m.GetJournal,
             m.Note,
@@ -510,6 +548,11 @@ def _without_time(request: m.AnyRequest) -> m.AnyRequest:
 
 HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     **dict.fromkeys((*get_args(s.Change), s.ListLogs, s.DownloadLog), FakeStation._begin),
+    **dict.fromkeys(get_args(s.Change), FakeStation._begin),
+    GetSetup: FakeStation._setup,
+    **dict.fromkeys((ReadSetup, *get_args(SetUp)), lambda station, request: station._ended(request, station.no_set)),
+    SetGain: FakeStation._set_gain,
+    ConfirmStep: FakeStation._confirm,
     m.Hello: FakeStation._hello,
     m.GetScenario: FakeStation._scenario,
     m.GetEvents: FakeStation._events,

@@ -193,7 +193,7 @@ def _copter_station(values: Values, own_system: int) -> Iterator[FailsafeLine]:
         yield FailsafeLine("which station it listens for", "not known: MAV_GCS_SYSID was not read", warning=True)
     elif station != own_system:
         text = f"waits for the heartbeat of station {station:g}, not ours ({own_system}): {name}"
-        yield FailsafeLine("which station it listens for", text, warning=True)
+        yield FailsafeLine("which station it listens for", text, True, name, {own_system: "this station"})
 
 
 def _copter_battery(values: Values, level: str, action: str) -> FailsafeLine:

@@ -105,7 +105,8 @@ class SetupOverview:
                 task.end(text=text)
 
         for group in groups:
-            self._services.tuning.read(vehicle.id, group, partial(done, group))
+            # Names of gains that it lacks are those of other versions: no news.
+            self._services.tuning.read(vehicle.id, group, lambda _, group=group: done(group))  # type: ignore[misc]
         if names:
             self._services.params.read(vehicle.id, names, partial(done, "names"))
         if is_open["failsafes"]:
@@ -159,7 +160,7 @@ class SetupOverview:
             finding = sensor_finding(vehicle, sensor, values)
             found += [(word, finding)] if finding is not None else []
             prompt = procedure.prompt + (f" ({procedure.no_cancel})" if procedure.no_cancel else "")
-            text = finding.text if finding is not None else "no parameter shows whether it was calibrated"
+            text = finding.text if finding is not None else "the vehicle keeps no record of it"
             attention = finding is not None and finding.state is SetupState.ATTENTION
             fields.append(SetupFieldRow(word, "calibrate", words=text, needs_attention=attention, prompt=prompt))
         if vehicle.set_up or vehicle.reboot_first:
