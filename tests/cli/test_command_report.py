@@ -127,6 +127,7 @@ LINES = {
     "rehearse": "rehearse nowhere.toml",
     "check": "check nowhere.toml",
     "export": "export nowhere.tlog",
+    "plot": "plot nowhere.tlog",
     "convert": "convert nowhere.plan there.wpl",
     "scenario new": "scenario new nowhere/a.toml",
     "planner new": "planner new a --dir nowhere",

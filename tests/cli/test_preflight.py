@@ -177,10 +177,11 @@ def test_a_rehearsal_leaves_a_record_that_is_found_by_its_plan(
         fault="",
         intruders=None,
         sensor=None,
+        report=None,
     )
-    rehearse._remember("it", plan_digest(scenario(), {}), result, "", options)
+    rehearse._remember("it", plan_digest(scenario(), {}), result, "", options, "flown")
     found = RehearsalStore(tmp_path / "sim" / FILE).newest(plan_digest(scenario(), {}))
-    assert found is not None and found.passed is good
+    assert found is not None and found.passed is good and found.folder == "flown"
     assert found.conditions == "--lose 3@120, --restart 200, wind, m/s east,north 3,0"
     other = msgspec.structs.replace(scenario(), seed=7)
     assert RehearsalStore(tmp_path / "sim" / FILE).newest(plan_digest(other, {})) is None

@@ -5,6 +5,7 @@ import pytest
 
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol.common import Alarm, Check, LinkStatus, PointOfInterest, RunPhase, StationStatus, TeamStatus
+from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.feed.visible_changes import visible_status
 
 TEAM = TeamStatus(
@@ -58,6 +59,7 @@ OTHER = {
     "ending": True,
     "planner_files": {"mine": "mine.py"},
     "points": (PointOfInterest("car park", (1.0, 2.0), 1.0, "defend", 0.0, 60.0),),
+    "replay": ReplayStatus(10.0, 229.0, 1.0, False),
     "alarms": (Alarm("lost", "warning", "LST", "LOST", "look", "new", 1, 10.0),),
 }
 NOT_SHOWN = {"seq", "t_s", "wall_s", "forward", "faults", "dropped"}
