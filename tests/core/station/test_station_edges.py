@@ -52,18 +52,17 @@ def test_after_hold_all_a_vehicle_found_later_does_not_go_on_by_itself(rig: Make
 
 @pytest.mark.parametrize("mode", [LOITER, BRAKE])
 def test_a_vehicle_found_in_another_mode_than_guided_does_not_go_on(rig: MakeRig, tmp_path: Path, mode: int) -> None:
-    """The lowest one: a higher one would sink through the layers of the others, and they would hold for it."""
     flight = resuming(rig)
-    flight.pilot(1, mode)
+    flight.pilot(2, mode)
     flight.run(2.0)
     killed_s = flight.clock.now()
-    restarted(flight, tmp_path / "memory.json").run(7.0)
-    assert flight.place(1)[2] > 2.0, "still in the air (in LOITER without a radio it sinks)"
-    assert int(flight.sim.mode[0]) == mode
-    assert {f["command"] for _, f in flight.sent_to(1, "COMMAND_LONG", killed_s)} <= HOUSEKEEPING
-    assert not flight.sent_to(1, SETPOINT, killed_s)
-    assert flight.phase(1) in (Phase.HOLDING, Phase.TAKEN_OUT)
-    assert flight.phase(2) is flight.phase(3) is Phase.FLYING
+    restarted(flight, tmp_path / "memory.json").run(9.0)
+    assert flight.place(2)[2] > 2.0, "still in the air (in LOITER without a radio it sinks)"
+    assert int(flight.sim.mode[1]) == mode
+    assert {f["command"] for _, f in flight.sent_to(2, "COMMAND_LONG", killed_s)} <= HOUSEKEEPING
+    assert not flight.sent_to(2, SETPOINT, killed_s)
+    assert flight.phase(2) in (Phase.HOLDING, Phase.TAKEN_OUT)
+    assert flight.phase(1) is flight.phase(3) is Phase.FLYING
 
 
 @pytest.mark.parametrize("resume", [True, False])

@@ -223,6 +223,9 @@ def _kept(parts: StationParts, flight: Flight) -> KeptOrder | None:
     stop = parts.comms.commands.stop_under_way(flight.vehicle)
     if stop is None or stop.name not in (RETURN, LAND, HOLD) or flight.held_by_station:
         return None
+    # By a veto of the guard the vehicle stops as well, and flies on for its planner when the way is free.
+    if stop.name == HOLD and flight.phase is not Phase.HOLDING:
+        return None
     return KeptOrder(stop.name, stop.by, False, "the station ended before it was confirmed")
 
 
