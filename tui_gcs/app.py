@@ -8,6 +8,7 @@ import contextlib
 import os
 import signal
 import sys
+from collections.abc import Callable
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import events
@@ -117,20 +118,27 @@ class ConsoleApp(TerminalApp):
         self._leaving = False
         self._plan: PlanScreen | None = None
         self._fly: FlyScreen | None = None
-        self.add_mode("fly", self._fly_screen)
-        self.add_mode("plan", self._plan_screen)
-        self.add_mode("missions", self._missions_screen)
-        self.add_mode("vehicles", self._vehicles_screen)
-        self.add_mode("journal", self._journal_screen)
-        self.add_mode("parameters", self._parameters_screen)
-        self.add_mode("inspector", self._inspector_screen)
-        self.add_mode("links", self._links_screen)
-        self.add_mode("tasks", self._tasks_screen)
-        self.add_mode("plots", self._plots_screen)
-        self.add_mode("flights", self._flights_screen)
-        self.add_mode("traffic", self._traffic_screen)
-        self.add_mode("onboard", self._onboard_screen)
-        self.add_mode("setup", self._setup_screen)
+        for mode, screen in self._screens().items():
+            self.add_mode(mode, screen)
+
+    def _screens(self) -> dict[str, Callable[[], Screen[None]]]:
+        """What makes the screen of each mode, when it is first shown."""
+        return {
+            "fly": self._fly_screen,
+            "plan": self._plan_screen,
+            "missions": self._missions_screen,
+            "vehicles": self._vehicles_screen,
+            "journal": self._journal_screen,
+            "parameters": self._parameters_screen,
+            "inspector": self._inspector_screen,
+            "links": self._links_screen,
+            "tasks": self._tasks_screen,
+            "plots": self._plots_screen,
+            "flights": self._flights_screen,
+            "traffic": self._traffic_screen,
+            "onboard": self._onboard_screen,
+            "setup": self._setup_screen,
+        }
 
     def _fly_screen(self) -> Screen[None]:
         self._fly = screen = FlyScreen(self.feed, glyphs=self.glyphs)

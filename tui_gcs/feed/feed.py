@@ -159,6 +159,10 @@ class Feed:
         """What actions look at to decide whether they can do anything now."""
         return ActionContext(self.status, self.frame, self.selection.ids, self.requests.read_only, self.station_lost)
 
+    def shown_vehicles(self) -> tuple[int, ...]:
+        """Return the selected vehicles; all that are heard while none is selected."""
+        return self.selection.ids or (self.frame.ids if self.frame is not None else ())
+
     def known_vehicles(self) -> KnownVehicles:
         """What names of vehicles can mean now."""
         ids = self.frame.ids if self.frame is not None else ()

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.core.station.test_replay_player import DATA, heartbeats
-from tui_gcs.core.records.flight_archive import FlightArchive, delete_flight, local_time, telemetry_times
+from tui_gcs.core.records.flight_archive import FlightArchive, delete_flight, telemetry_times, utc_time
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, remember
 
 NOW_S = 1_800_000_000.0
@@ -132,5 +132,5 @@ def test_what_may_still_be_recorded_and_what_was_opened_is_not_deleted(tmp_path:
 
 
 def test_times_that_no_calendar_has_are_not_known() -> None:
-    assert [local_time(s) for s in (math.nan, -1.0, 1e18)] == ["--"] * 3
-    assert local_time(1.7e9) == "2023-11-14 22:13"
+    assert [utc_time(s) for s in (math.nan, -1.0, 1e18)] == ["--"] * 3
+    assert utc_time(1.7e9) == "2023-11-14 22:13"

@@ -62,6 +62,25 @@ class FieldMeaning:
 NO_MEANING = FieldMeaning()
 
 
+def split_element(name: str) -> tuple[str, int | None]:
+    """Return the field and the index of `voltages[3]`; the index of a field without brackets is None.
+
+    What is no index of a payload, which has at most 255 bytes, becomes -1.
+    """
+    field_name, bracket, index = name.removesuffix("]").partition("[")
+    if not bracket:
+        return field_name, None
+    # A number of thousands of digits cannot be converted.
+    return field_name, int(index) if index.isdecimal() and len(index) <= 3 else -1
+
+
+def number_in(value: object, index: int | None) -> int | float | None:
+    """Return the number of a field, or the one at an index of an array; None if there is no such number."""
+    if index is not None:
+        value = value[index] if isinstance(value, tuple) and 0 <= index < len(value) else None
+    return value if isinstance(value, int | float) else None
+
+
 @lru_cache(4096)
 def field_meaning(message: str, name: str) -> FieldMeaning:
     """Return what a field means; `NO_MEANING` for a message or field that pymavlink does not know."""

@@ -20,6 +20,7 @@ from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.frames import MAGIC, check_frame, frame_end
 from tui_gcs.core.protocol.journal import EventClass, JournalEvent
 from tui_gcs.core.records.event_log import INFO
+from tui_gcs.core.records.onboard_logs import EARLIEST_WALL_S
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, read_rehearsals
 
 ENDINGS = {".tlog": "telemetry log", ".bin": "ArduPilot log", ".ulg": "PX4 log"}
@@ -31,7 +32,7 @@ MAX_JOURNAL_BYTES = 64 << 20
 """Of a longer journal only the beginning is looked at."""
 MAX_FLIGHTS = 2_000
 _TIME_BYTES = 8
-_MIN_WALL_S, _MAX_WALL_S = 946_684_800.0, 4_102_444_800.0  # the years 2000 and 2100
+_MAX_WALL_S = 4_102_444_800.0  # the year 2100
 _VEHICLE = re.compile(rb'"source":"vehicle ([0-9]{1,6})"')
 _ALARM = b'"cls":"alarm"'
 _event_decoder = msgspec.json.Decoder(JournalEvent)
@@ -182,7 +183,7 @@ def _record_times(data: bytes) -> Iterator[float]:
         start = match.start()
         end = frame_end(data, start, len(data))
         wall_s = int.from_bytes(data[start - _TIME_BYTES : start], "big") / 1e6
-        plausible = start < end <= len(data) and _MIN_WALL_S <= wall_s <= _MAX_WALL_S
+        plausible = start < end <= len(data) and EARLIEST_WALL_S <= wall_s <= _MAX_WALL_S
         frame = check_frame(data[start:end]) if plausible else None
         # Of an unknown message the checksum cannot be checked: other bytes may look like one.
         if frame is not None and dialect.is_known(frame.msgid):
@@ -240,6 +241,6 @@ def _with_result(flight: RecordedFlight, rehearsals: list[RehearsalRecord]) -> R
     return replace(flight, result=result, scenario=found.scenario, report=found.report)
 
 
-def local_time(wall_s: float) -> str:
-    """Return a time as `2026-11-27 08:15`, in UTC; `--` if it is not known."""
-    return time.strftime("%Y-%m-%d %H:%M", time.gmtime(wall_s)) if _MIN_WALL_S <= wall_s <= _MAX_WALL_S else "--"
+def utc_time(wall_s: float) -> str:
+    """Return a time as `2026-11-27 08:15`, UTC; `--` if it is not known."""
+    return time.strftime("%Y-%m-%d %H:%M", time.gmtime(wall_s)) if EARLIEST_WALL_S <= wall_s <= _MAX_WALL_S else "--"

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_INVALID
 from tui_gcs.core.mavlink.frames import decode
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.records.tlog_reader import read_tlog
@@ -18,8 +19,6 @@ from tui_gcs.core.records.tlog_reader import read_tlog
 HEARTBEAT, SYS_STATUS, GLOBAL_POSITION_INT, BATTERY_STATUS = 0, 1, 33, 147
 ARMED = 0x80
 """MAV_MODE_FLAG_SAFETY_ARMED."""
-NO_AUTOPILOT = 8
-"""MAV_AUTOPILOT_INVALID: a ground station, a camera, a gimbal."""
 UNKNOWN_HEADING = 65535
 UNKNOWN_CHARGE = -1
 
@@ -92,7 +91,7 @@ class TlogPoints:
 
 def _update(state: ReportedState, message: int, fields: dict[str, int]) -> None:
     if message == HEARTBEAT:
-        if fields["autopilot"] != NO_AUTOPILOT:
+        if fields["autopilot"] != AUTOPILOT_INVALID:
             state.mode = mode_name(fields["autopilot"], fields["type"], fields["custom_mode"])
             state.armed = bool(fields["base_mode"] & ARMED)
     # The first battery is the one that flies.

@@ -19,7 +19,15 @@ from numpy.typing import NDArray
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.dialect import MessageLayout
-from tui_gcs.core.mavlink.field_meanings import FieldMeaning, field_meaning, usual_unit, usual_value
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_INVALID, AUTOPILOT_PX4
+from tui_gcs.core.mavlink.field_meanings import (
+    FieldMeaning,
+    field_meaning,
+    number_in,
+    split_element,
+    usual_unit,
+    usual_value,
+)
 from tui_gcs.core.mavlink.frames import Frame, decode
 from tui_gcs.core.records.time_series import safe_values
 from tui_gcs.core.records.tlog_reader import read_tlog
@@ -36,8 +44,6 @@ GAP_S, GAP_PERIODS = 5.0, 10.0
 """Two points farther apart than both are not joined: seconds, and the value's usual distances."""
 MAX_ELEMENTS = 32
 HEARTBEAT, PARAM_VALUE = 0, 22
-NO_AUTOPILOT, PX4 = 8, 12
-"""Values of MAV_AUTOPILOT."""
 INT32 = 6
 """A value of MAV_PARAM_TYPE: PX4 sends its bits in place of a float (docs/autopilots.md)."""
 NAMED = {PARAM_VALUE: ("param_id", "param_value"), 251: ("name", "value"), 252: ("name", "value")}
@@ -149,7 +155,7 @@ class TlogSeries:
         if message is None:
             return
         if frame.msgid == HEARTBEAT:
-            if message.fields["autopilot"] != NO_AUTOPILOT:
+            if message.fields["autopilot"] != AUTOPILOT_INVALID:
                 self._autopilots.setdefault(frame.system, (message.fields["autopilot"], frame.component))
             return
         names = self._named.setdefault((frame.system, frame.msgid), set())
@@ -219,7 +225,7 @@ class TlogSeries:
         key = SeriesKey(frame.system, _name_in(frame.msgid, message.fields))
         if key in wanted:
             value = message.fields[NAMED[frame.msgid][1]]
-            is_px4 = self._autopilots.get(frame.system, (0, 0))[0] == PX4
+            is_px4 = self._autopilots.get(frame.system, (0, 0))[0] == AUTOPILOT_PX4
             if frame.msgid == PARAM_VALUE and is_px4 and message.fields["param_type"] == INT32:
                 value = struct.unpack("<i", struct.pack("<f", value))[0]
             collector.add(key, wall_s, float(value))
@@ -237,24 +243,21 @@ class _FieldPlace:
 
     key: SeriesKey
     field: str
-    index: int
-    """Of an array; -1 for a single number."""
+    index: int | None
+    """Of an array; None for a single number."""
     meaning: FieldMeaning
     type: str
 
     @classmethod
     def of(cls, key: SeriesKey, layout: MessageLayout, field: str) -> "_FieldPlace":
-        name, bracket, index = field.removesuffix("]").partition("[")
-        at = int(index) if bracket and index.isdecimal() and len(index) <= 3 else -1
+        name, at = split_element(field)
         type_ = next((each.type for each in layout.fields if each.name == name), "")
         return cls(key, name, at, field_meaning(layout.name, name), type_)
 
     def value_in(self, fields: dict[str, Any]) -> float:
         """Return the number in its usual unit; NaN if it is none, or means "not known"."""
-        value = fields.get(self.field)
-        if isinstance(value, tuple):
-            value = value[self.index] if 0 <= self.index < len(value) else None
-        return usual_value(value, self.meaning, self.type) if isinstance(value, int | float) else math.nan
+        value = number_in(fields.get(self.field), self.index)
+        return usual_value(value, self.meaning, self.type) if value is not None else math.nan
 
 
 def numbers_of(layout: MessageLayout) -> list[tuple[str, str]]:

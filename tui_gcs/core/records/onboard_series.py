@@ -27,6 +27,9 @@ from tui_gcs.core.records.onboard_logs import (
     DAMAGED,
     OnboardLogError,
     dataflash_errors,
+    first_instances,
+    open_dataflash,
+    open_ulog,
     system_id,
     time_offset_s,
     wordless,
@@ -47,12 +50,9 @@ class DataFlashSeries:
 
     def __init__(self, path: Path) -> None:
         """Look through the log. Raises OnboardLogError."""
-        from pymavlink.DFReader import DFReader_binary
-
         self.begin_s = self.end_s = math.nan
+        self._log: Any = open_dataflash(path)
         with dataflash_errors():
-            with wordless():
-                self._log: Any = DFReader_binary(str(path))
             self._instances = {form.name: self._instances_of(form) for form in self._log.formats.values()}
             self._find_span()
 
@@ -140,29 +140,20 @@ class ULogSeries:
 
     def __init__(self, path: Path) -> None:
         """Read the log. Raises OnboardLogError."""
+        log = open_ulog(path)
         try:
-            from pyulog import ULog
-            from pyulog.exceptions import ULogException
-        except ImportError:
-            raise OnboardLogError('logs of PX4 are read by pyulog: pip install "tui-gcs[ulg]"') from None
-        try:
-            with wordless():
-                log = ULog(str(path))
             self._parameters = log.initial_parameters
             self._changed = log.changed_parameters
             self._topics: dict[str, dict[str, Any]] = {
                 clean(data.name if not data.multi_id else f"{data.name}[{data.multi_id}]", MAX_NAME): data.data
                 for data in log.data_list
             }
-            first = {data.name: data.data for data in reversed(log.data_list) if data.multi_id == 0}
-            self._offset_s = time_offset_s(first)
+            self._offset_s = time_offset_s(first_instances(log))
             self._vehicle = int(log.initial_parameters.get("MAV_SYS_ID", 1))
             times_us = [data["timestamp"] for data in self._topics.values() if len(data["timestamp"])]
             self.begin_s = min((float(t[0]) for t in times_us), default=math.nan) / 1e6 + self._offset_s
             self.end_s = max((float(t[-1]) for t in times_us), default=math.nan) / 1e6 + self._offset_s
-        except OSError as error:
-            raise OnboardLogError(error.strerror or "cannot be read") from None
-        except (*DAMAGED, ULogException) as error:
+        except DAMAGED as error:
             raise OnboardLogError(f"not a log of PX4, or damaged ({type(error).__name__})") from None
 
     def names(self) -> list[SeriesName]:

@@ -13,6 +13,7 @@ from tui_gcs.core.fleet.identity.path import PathState
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.command_rules import KEYS
 from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.field_meanings import number_in, split_element
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.mavlink.message_definitions import FieldDefinition
 from tui_gcs.core.mavlink.signing import for_log
@@ -92,8 +93,9 @@ class InspectionRequests:
             slot = newest_slot(vehicle, message)
             decoded[vehicle.id, message] = (slot.t_s, slot.fields()) if slot is not None else (math.nan, {})
         t_s, fields = decoded[vehicle.id, message]
-        value = element(fields, field)
-        return p.ValueRow(t_s, value) if value is not None else UNKNOWN_VALUE
+        name, index = split_element(field)
+        value = number_in(fields.get(name), index)
+        return p.ValueRow(t_s, float(value)) if value is not None else UNKNOWN_VALUE
 
     def _sources(self) -> list[Source]:
         """All senders' addresses, those with vehicles first: a forger can send from many."""
@@ -150,17 +152,6 @@ def newest_slot(vehicle: Vehicle, message: str) -> Slot | None:
         if slot.msgid == layout.msgid and slot.owner is vehicle
     ]
     return max(found, key=lambda slot: (slot.component == vehicle.component, slot.t_s), default=None)
-
-
-def element(fields: dict[str, Any], name: str) -> float | None:
-    """Return a field, or `name[index]` of one, as a number; None if there is no such number."""
-    name, bracket, index = name.removesuffix("]").partition("[")
-    value = fields.get(name)
-    if bracket:
-        # At most three digits: payloads have 255 bytes, and a number of thousands of digits cannot be converted.
-        at = int(index) if index.isdecimal() and len(index) <= 3 else math.inf
-        value = value[int(at)] if isinstance(value, tuple) and at < len(value) else None
-    return float(value) if isinstance(value, int | float) else None
 
 
 def address_text(source: Source) -> str:

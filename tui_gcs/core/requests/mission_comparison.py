@@ -31,7 +31,6 @@ ON_TOUR = (Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING)
 """Phases in which a vehicle flies its planner's tour, or will when the start or the hold is over."""
 SAME_S = 1.0
 """A path is made anew after this time: in flight it begins where the vehicle is."""
-NO_REMARK = ""
 
 
 class MissionComparison:
@@ -117,7 +116,7 @@ class MissionComparison:
     def remark(self, vehicle: Vehicle, starts: tuple[int, ...] = ()) -> str:
         """Which missions are not known, and so were not compared; "" if none, or if nothing else flies."""
         if self._is_alone(vehicle, starts):
-            return NO_REMARK
+            return ""
         if not self._is_known(vehicle):
             return "not compared with others: its mission was not read"
         others = [*self._on_missions(vehicle.id), *(v for v in map(self._vehicle, starts) if v is not None)]
@@ -266,4 +265,4 @@ class MissionComparison:
 
 def _unread(vehicles: Iterable[int]) -> str:
     unread = sorted(set(vehicles))
-    return f"not compared with {vehicles_words(unread)}: mission not read" if unread else NO_REMARK
+    return f"not compared with {vehicles_words(unread)}: mission not read" if unread else ""

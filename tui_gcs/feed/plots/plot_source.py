@@ -87,8 +87,7 @@ class LivePlotSource:
     @property
     def vehicles(self) -> tuple[int, ...]:
         """The selected vehicles; all while none is selected."""
-        frame = self._feed.frame
-        return self._feed.selection.ids or (frame.ids if frame is not None else ())
+        return self._feed.shown_vehicles()
 
     def names(self) -> list[ValueName]:
         """See `PlotSource`."""

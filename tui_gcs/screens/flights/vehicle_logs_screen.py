@@ -65,9 +65,10 @@ class VehicleLogsScreen(ListScreen):
         """Show what is known."""
         if not self.is_current:
             return
-        rows = [(log.vehicle, log.row, log.marked, log.task, log.outcome) for log in self.downloads.rows()]
+        logs = self.downloads.rows()
+        rows = [(log.vehicle, log.row, log.marked, log.task, log.outcome) for log in logs]
         self.log_list.show_kept(rows, lambda row: (row[0], row[1].id))
-        marked = [log for log in self.downloads.rows() if log.marked]
+        marked = [log for log in logs if log.marked]
         parts = [f"logs on vehicles  {len(rows)}"]
         if marked:
             parts.append(f"{len(marked)} marked, {size_words(sum(log.row.size for log in marked))}")
@@ -77,7 +78,7 @@ class VehicleLogsScreen(ListScreen):
             parts.append("STATION SILENT")
         set_title(self.log_list, "   ".join(parts))
         self.panel.show(None, None, self.edits.report)
-        set_title(self.panel, f"for vehicles {ids(self._vehicles()) or 'none'}")
+        set_title(self.panel, f"for vehicles {ids(self.feed.shown_vehicles()) or 'none'}")
 
     def show_chosen(self) -> None:
         """Show the chosen row."""
@@ -92,10 +93,6 @@ class VehicleLogsScreen(ListScreen):
     def _chosen(self) -> OnboardLog | None:
         row = self.log_list.chosen_row
         return self.downloads.logs.get((row[0], row[1].id)) if row is not None else None
-
-    def _vehicles(self) -> tuple[int, ...]:
-        """The selected vehicles; all while none is."""
-        return self.feed.selection.ids or (self.feed.frame.ids if self.feed.frame is not None else ())
 
     def _why_not(self) -> str:
         return self.feed.requests.read_only or self.feed.action_context().silent
@@ -124,7 +121,7 @@ class VehicleLogsScreen(ListScreen):
 
     def action_list_logs(self) -> None:
         """Ask the selected vehicles, or all, for their lists."""
-        vehicles = self._vehicles()
+        vehicles = self.feed.shown_vehicles()
         if not vehicles:
             self.edits.say("no vehicle is heard yet", Ink.CAUTION)
         else:

@@ -138,8 +138,7 @@ class ParametersScreen(ListScreen):
 
     def compared(self) -> tuple[int, ...]:
         """Return the vehicles that are compared: those selected, all while none is."""
-        frame = self.feed.frame
-        return self.feed.selection.ids or (frame.ids if frame is not None else ())
+        return self.feed.shown_vehicles()
 
     def _lead(self) -> int | None:
         compared = self.compared()

@@ -77,12 +77,7 @@ class SetupScreen(PolledScreen):
 
     async def ask_station(self) -> None:
         """Ask how the setup of the shown vehicles stands, with the lines of the chosen section."""
-        await self.watch_setup.look(self.shown_vehicles(), self.section)
-
-    def shown_vehicles(self) -> tuple[int, ...]:
-        """Return the selected vehicles, all while none is selected."""
-        frame = self.feed.frame
-        return self.feed.selection.ids or (frame.ids if frame is not None else ())
+        await self.watch_setup.look(self.feed.shown_vehicles(), self.section)
 
     @property
     def section(self) -> SectionWord:
@@ -101,7 +96,7 @@ class SetupScreen(PolledScreen):
         """Show what is known; the same section and line stay chosen."""
         if not self.is_current:
             return
-        vehicles = self.shown_vehicles()
+        vehicles = self.feed.shown_vehicles()
         silent = "   STATION SILENT" if self.feed.station_lost else ""
         self.section_list.empty_text = "no vehicle was heard" if not vehicles else "asking the station"
         self.field_list.empty_text = "R reads it from the vehicles"
@@ -206,7 +201,7 @@ class SetupScreen(PolledScreen):
 
     def action_fetch(self) -> None:
         """Read the section from the shown vehicles; all sections while the list of them is used."""
-        self.edits.fetch(self.shown_vehicles(), None if self.section_list.is_active else self.section)
+        self.edits.fetch(self.feed.shown_vehicles(), None if self.section_list.is_active else self.section)
 
     def action_cancel(self) -> None:
         """Forget the report of the last key."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.judging.flight_timeline import FlightTimeline, TimelineEntry
 from tui_gcs.core.records.event_log import WARNING
-from tui_gcs.core.records.flight_archive import RecordedFlight, local_time
+from tui_gcs.core.records.flight_archive import RecordedFlight, utc_time
 from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
@@ -33,7 +33,7 @@ class FlightList(RowsView[RecordedFlight]):
         mark = severity_mark(row.worst_severity)[0] if row.worst_alarm else " "
         mark = "!" if row.result.startswith("FAILED") else mark
         text = (
-            f" {mark}{local_time(when_s(row)):<16} {cut(row.source, SOURCE_CELLS):<{SOURCE_CELLS}}"
+            f" {mark}{utc_time(when_s(row)):<16} {cut(row.source, SOURCE_CELLS):<{SOURCE_CELLS}}"
             f" {length_words(row.length_s):>7} {size_words(row.size_bytes):>6}"
             f" {cut(ids(row.vehicles) or UNKNOWN, IDS_CELLS):<{IDS_CELLS}} {remark(row)}"
         )
@@ -87,7 +87,7 @@ class FlightPanel(LinesView):
 def flight_texts(flight: RecordedFlight) -> list[Run]:
     """Return what is known of a recording without reading it."""
     texts: list[Run] = [(clean(str(flight.path), 400), Ink.BOLD)]
-    began = f", began {local_time(flight.began_wall_s)} UTC" if math.isfinite(flight.began_wall_s) else ""
+    began = f", began {utc_time(flight.began_wall_s)} UTC" if math.isfinite(flight.began_wall_s) else ""
     texts.append((f"{flight.what}, {flight.source}{began}, {flight.size_bytes} bytes", Ink.TEXT))
     if flight.result:
         texts.append((f"rehearsal {flight.result}", Ink.CAUTION if flight.result.startswith("FAILED") else Ink.TEXT))

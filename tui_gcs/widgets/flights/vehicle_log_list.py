@@ -3,7 +3,7 @@
 import math
 
 from tui_gcs.core.protocol.services import LogRow, TaskInfo
-from tui_gcs.core.records.flight_archive import local_time
+from tui_gcs.core.records.flight_archive import utc_time
 from tui_gcs.feed.task_requests import TaskOutcome
 from tui_gcs.widgets.basics.border_titles import framed
 from tui_gcs.widgets.basics.lines_view import Line
@@ -31,7 +31,7 @@ class VehicleLogList(RowsView[LogLine]):
         failed = outcome is not None and not outcome.ok
         text = (
             f" {'!' if failed else ' '}{'*' if marked else ' '}{vehicle:>5} {log.id:>5}"
-            f" {local_time(log.time_utc or math.nan):<16} {size_words(log.size):>7} {download_words(task, outcome)}"
+            f" {utc_time(log.time_utc or math.nan):<16} {size_words(log.size):>7} {download_words(task, outcome)}"
         )
         if is_chosen:
             return [(cut(text, width), Ink.SELECTED_CAUTION if failed else Ink.SELECTED)]

@@ -11,7 +11,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.strips import Run, cut, wrapped
 
-WHAT_CELLS, WHO_CELLS = 28, 16
+WHAT_CELLS = 28
 STATE_INKS = {"failed": Ink.CAUTION, "done": Ink.MUTED, "cancelled": Ink.MUTED}
 
 
