@@ -55,5 +55,5 @@ class FlightPlotApp(TerminalApp):
         self.push_screen(HelpDialog((*FlightPlotsScreen.ACTIONS, *APP_KEYS), ActionContext(), self.glyphs))
 
     def action_leave(self) -> None:
-        """Leave."""
+        """End the program; the flights stay as they are."""
         self.exit()

@@ -151,7 +151,7 @@ def _most_first(texts: dict[str, list[int]]) -> tuple[tuple[str, tuple[int, ...]
 
 
 def value_words(row: SetupFieldRow) -> str:
-    """Return what a line says: what it does, the name of its value, or the value with its unit."""
+    """Return the words of a line: what it does, the name of its value, or the value with its unit."""
     if row.words:
         return row.words
     if row.value is None:

@@ -128,7 +128,7 @@ def _check_parents(directory: Path, variable: str) -> None:
 
 
 def _is_private_group(group: int, user: int) -> bool:
-    """Whether a group is that user's alone: it has the user's name, and nobody else is in it.
+    """Whether a group is that user's alone: it has the user's name and no other member.
 
     Many systems give each user such a group and a umask of 002, so that most directories of a home are group-writable.
     """

@@ -45,7 +45,7 @@ ACCEPTED, IN_PROGRESS = 0, 5
 
 @dataclass(frozen=True)
 class ForeignChange:
-    """What another station, or somebody else, made a vehicle do."""
+    """A change that no order of this station made: by another station, or by a source that was not heard."""
 
     at_s: float
     text: str
@@ -85,7 +85,7 @@ class OtherStations:
         self.note(network, vehicle, f"another station sent it {what}", now, of_mission=name in OF_MISSION)
 
     def note(self, network: str, vehicle: int, text: str, now: float, *, of_mission: bool) -> None:
-        """Note what somebody else made a vehicle do, or what it does that nobody here asked for."""
+        """Note a change of a vehicle that no order of this station made."""
         self._changes.pop((network, vehicle), None)
         if len(self._changes) >= MAX_ENTRIES:
             del self._changes[next(iter(self._changes))]

@@ -125,9 +125,9 @@ class Executive:
     def may_stop_by_itself(self, vehicle: Vehicle) -> bool:
         """Whether this station holds the vehicle without an order, before it comes too close to another one.
 
-        These are vehicles that HOLD ALL would stop and that no course of this station leads: on missions, whoever began
-        them, and in motion in a mode in which set-points work. Pilots and failsafes keep their vehicles, and so do
-        landings and returns.
+        These are vehicles that HOLD ALL would stop and that no course of this station leads: on missions, by whatever
+        station they were begun, and in motion in a mode in which set-points work. Pilots and failsafes keep their
+        vehicles, and so do landings and returns.
         """
         flight, firmware = self._flights.get(vehicle.id), self._firmware.of(vehicle)
         if firmware.why_not(vehicle) or firmware.acts_by_itself(vehicle):

@@ -39,7 +39,7 @@ class TimelineEntry(NamedTuple):
     severity: int
     """MAV_SEVERITY."""
     source: str
-    """Who reported it: vehicle 3, alarm, log of 3, …"""
+    """The source of the report: vehicle 3, alarm, log of 3, …"""
     text: str
 
 

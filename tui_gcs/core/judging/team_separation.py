@@ -22,7 +22,7 @@ from tui_gcs.core.scenario.model import Limits
 
 Floats = NDArray[np.floating[Any]]
 FAR_APART = 3.0
-"""From this multiple of the allowed separation on, two teams need not be told of each by a line of their own."""
+"""From this multiple of the allowed separation on, two teams get no line of their own in a list."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def findings(ways: Mapping[str, FlownWays], limits: Limits) -> list[TeamSeparati
 
 
 def summary(found: list[TeamSeparationFinding]) -> list[ScenarioFinding]:
-    """The findings to be read as a list: teams that are far apart share one line, which tells the nearest of them."""
+    """The findings as a list to be read: teams far apart share one line with the least of their separations."""
     near = [each.finding for each in found if each.finding.level > FindingLevel.NOTE or each.separation < FAR_APART]
     far = [each for each in found if each.finding.level <= FindingLevel.NOTE and each.separation >= FAR_APART]
     if len(far) < 2:

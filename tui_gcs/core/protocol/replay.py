@@ -29,7 +29,7 @@ class ReplayAct(StrEnum):
 
 
 class ControlReplay(Request, frozen=True, tag="control-replay"):
-    """Control the player of a recording; `Reply.text` says what it does now."""
+    """Control the player of a recording; `Reply.text` is what it does now."""
 
     act: ReplayAct
     seconds: float = 0.0

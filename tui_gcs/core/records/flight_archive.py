@@ -151,7 +151,7 @@ def _files_in(folder: Path, name: str) -> Iterator[tuple[Path, str]]:
 
 
 def _read(path: Path, source: str, size_bytes: int, changed_wall_s: float) -> RecordedFlight:
-    """Read the first and last time of a telemetry log, and what its journal says. Raises `OSError`."""
+    """Read the first and last time of a telemetry log, and what stands in its journal. Raises `OSError`."""
     flight = RecordedFlight(path, source, size_bytes, changed_wall_s)
     if source.startswith("log of "):
         number = source.removeprefix("log of ")

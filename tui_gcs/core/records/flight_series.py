@@ -47,7 +47,7 @@ HEARTBEAT, PARAM_VALUE = 0, 22
 INT32 = 6
 """A value of MAV_PARAM_TYPE: PX4 sends its bits in place of a float (docs/autopilots.md)."""
 NAMED = {PARAM_VALUE: ("param_id", "param_value"), 251: ("name", "value"), 252: ("name", "value")}
-"""Messages whose number belongs to a name in them: parameters, NAMED_VALUE_FLOAT, NAMED_VALUE_INT."""
+"""Messages with a name and a number: parameters, NAMED_VALUE_FLOAT, NAMED_VALUE_INT."""
 
 
 class SeriesKey(NamedTuple):
@@ -163,7 +163,7 @@ class TlogSeries:
             names.add(_name_in(frame.msgid, message.fields))
 
     def _choose_senders(self) -> dict[tuple[int, int], int]:
-        """Return the component whose messages count, by system and message id: the autopilot, else who sends most."""
+        """Return the component that counts, by system and message id: the autopilot, else the most frequent sender."""
         senders: dict[tuple[int, int], int] = {}
         for (system, component, msgid), _ in self._counts.most_common():
             known = self._autopilots.get(system)

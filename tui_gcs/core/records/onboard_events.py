@@ -60,7 +60,7 @@ class OnboardEvent(NamedTuple):
 
 
 def onboard_events(path: Path) -> tuple[OnboardEvent, ...]:
-    """Return what a .bin or .ulg says that happened, by time.
+    """Return the events in a .bin or .ulg, by time.
 
     Raises:
         OnboardLogError: unreadable, damaged, or pyulog is not installed.
@@ -98,7 +98,7 @@ def _time_s(message: Any) -> float:
 
 
 def _dataflash_words(log: Any, message: Any) -> tuple[int, str] | None:
-    """Return severity and text of a message; None for one that says nothing."""
+    """Return severity and text of a message; None for one without meaning here."""
     kind = message.get_type()
     with contextlib.suppress(AttributeError, *DAMAGED):
         if kind == "MSG":

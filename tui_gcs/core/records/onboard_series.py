@@ -42,7 +42,7 @@ TIME_COLUMNS = ("TimeUS", "TimeMS")
 TEXT_LETTERS = "nNZa"
 """Letters of DataFlash formats that are no numbers."""
 MAX_LOOKED_INTO = 2000
-"""Messages of one kind whose instance is looked at, to learn how many there are."""
+"""So many messages of one kind are searched for the numbers of its instances."""
 
 
 class DataFlashSeries:

@@ -51,7 +51,7 @@ class NotConfirmedError(Exception):
 
 
 class MissionsMeetError(NotConfirmedError):
-    """A mission that would come too close to other vehicles is not begun until it is said that ways may meet."""
+    """A mission that would come too close to other vehicles is not begun unless the operator insists (`--meet`)."""
 
     def __init__(self, reason: str) -> None:
         Exception.__init__(self, f"{reason}: {MEET}")

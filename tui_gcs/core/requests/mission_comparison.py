@@ -198,7 +198,7 @@ class MissionComparison:
         return comparable_loop(np.array([here[:2], goal[:2]]), here[2])
 
     def _on_missions(self, but: int) -> list[Vehicle]:
-        """Other vehicles in the air that fly missions, whoever began these."""
+        """Other vehicles in the air that fly missions, also missions that another station began."""
         flights, now = self._parts.flight.flights, self._parts.records.clock.now()
         sent = {f.vehicle for f in flights.in_phase(Phase.TAKEN_OUT) if f.step is TakenOut.ON_BOARD} | flights.sent
         return [

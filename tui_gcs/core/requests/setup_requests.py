@@ -247,7 +247,7 @@ def _changed(task: Task, change: ParamChange, text: str) -> None:
 
 
 def range_remark(unchecked: str) -> str:
-    """The remark about values whose ranges are not known for that reason; "" without one."""
+    """The remark that ranges are not known, with the reason `unchecked`; "" without a reason."""
     return f"range not checked: {unchecked}" if unchecked else ""
 
 

@@ -45,7 +45,7 @@ STATUS_GAP_S = 0.5
 MAX_RECORDS_PER_TICK = 20_000
 """A speed that needs more records per tick than this is played as fast as possible."""
 MEASURED_PER_TICK = 1_000
-"""Records whose times are read ahead per tick, until the length of the recording is known: 5 ms of one core."""
+"""Records that are read ahead for their times in each tick, until the length of the recording is known: 5 ms."""
 MIN_SPEED, MAX_SPEED = 1 / 8, 1024.0
 TWIN_GAP_S = 10.0
 """Played time between two copies that are kept, until there are `MAX_TWINS`: then every second one is dropped."""

@@ -123,7 +123,7 @@ class ReplayedFlight:
         return self._reader
 
     def _check_until(self, until_s: float, *, with_end: bool) -> None:
-        """Run the checks whose time comes before `until_s`, or also at it."""
+        """Run the checks that are due before `until_s`, with `with_end` also those at it."""
         while (step_s := (self._steps + 1) * STEP_S) < until_s or (with_end and step_s == until_s):
             self._steps += 1
             self.clock.now_s = step_s

@@ -82,7 +82,7 @@ class FlightPlotSource:
         await asyncio.to_thread(self.read)
 
     def read(self) -> None:
-        """Read what is followed and was not read yet; `error` says what went wrong."""
+        """Read what is followed and was not read yet; a failure is in `error`."""
         missing = [key for key in map(_key, self._followed) if key not in self._points]
         if not missing:
             return

@@ -15,7 +15,7 @@ from tui_gcs.feed.plots.plotted_values import MAX_NAME, PlotValue, ValueKind
 
 MAX_PANES = 6
 MAX_CURVES = 8
-"""Values of one pane: as many as can be told apart."""
+"""Values of one pane: as many as have a look of their own."""
 MAX_VIEWS, MAX_BYTES = 100, 500_000
 MAX_VIEW_NAME = 40
 WINDOWS_S = (30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0, 7200.0)

@@ -14,7 +14,7 @@ from tui_gcs.core.protocol.setup import RemoteIdRow, TrafficRow
 
 NAN = math.nan
 HORIZON_S = 300.0
-"""How far ahead a closest approach is looked for: nobody flies straight for longer."""
+"""How far ahead a closest approach is looked for: no aircraft flies straight for longer."""
 NEAR_M, NEAR_ABOVE_M = 1000.0, 150.0
 """A contact this near to one of our vehicles is marked; so is one whose height is not known."""
 Floats = NDArray[np.float64]

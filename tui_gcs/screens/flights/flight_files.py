@@ -20,7 +20,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.flights.flight_lists import length_words, size_words
 
 MAX_LINES = 4
-"""Of what an export says, the last lines are shown."""
+"""The last lines of an export's output are shown."""
 
 
 class FlightFiles(ScreenEdits):

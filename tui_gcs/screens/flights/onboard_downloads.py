@@ -36,7 +36,7 @@ class OnboardDownloads:
     clock: Clock
     on_news: Callable[[], None]
     logs: dict[tuple[int, int], OnboardLog] = field(default_factory=dict)
-    """What vehicles said they hold, by vehicle and number."""
+    """The logs in the lists of vehicles, by vehicle and number."""
     asking: set[int] = field(default_factory=set)
     """Vehicles that are asked for their list."""
 
@@ -72,7 +72,7 @@ class OnboardDownloads:
         return tuple(ended)
 
     async def end(self, log: OnboardLog) -> str:
-        """Cancel the download of a log; return what the station said."""
+        """Cancel the download of a log; return the station's answer."""
         if log.task is None:
             return "it is not being downloaded"
         return (await self.requests.send(CancelTask(log.task.number))).text

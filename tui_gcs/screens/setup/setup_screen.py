@@ -48,7 +48,7 @@ class SetupScreen(PolledScreen):
         super().__init__(feed)
         self._glyphs = glyphs
         self._asked: FleetSetupField | None = None
-        """The line whose value is typed now."""
+        """The line that a value is being typed for."""
         self.watch_setup = SetupWatch(feed.requests, self.show_all)
         self.edits = SetupEdits(self, feed, clock, glyphs, self.show_all)
         self.top_lines = TopLines(feed, glyphs=glyphs)

@@ -17,7 +17,7 @@ LogLine = tuple[int, LogRow, bool, TaskInfo | None, TaskOutcome | None]
 
 
 class VehicleLogList(RowsView[LogLine]):
-    """A line for each log; one whose download failed has a mark."""
+    """A line for each log; a failed download has a mark."""
 
     DEFAULT_CSS = framed("VehicleLogList", "width: 1fr; height: 1fr;")
 

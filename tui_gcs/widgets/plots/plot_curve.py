@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 LETTERS = "abcdefgh"
 MAX_CURVES = len(LETTERS)
-"""Curves of one pane: more cannot be told apart."""
+"""Curves of one pane: more would look alike."""
 CURVE_INKS = (Ink.TEAM_1, Ink.TEAM_2, Ink.TEAM_3, Ink.TEAM_4, Ink.TEAM_5, Ink.TEAM_6, Ink.EDITED, Ink.TARGET)
 DASHES = (SOLID, (3.0, 2.0), (1.0, 2.0), (8.0, 3.0), (5.0, 5.0), (2.0, 6.0), (12.0, 4.0), (1.0, 5.0))
 """Dots on and dots off, by curve."""

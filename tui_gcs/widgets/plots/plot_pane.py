@@ -46,7 +46,7 @@ class PaneContent:
     time_words: Callable[[float], str]
     """A time of the curves for people."""
     cursor_s: float | None = None
-    """The time whose values the legend shows; None: the newest."""
+    """The legend shows the values at this time; None: the newest."""
     empty_text: str = ""
 
 

@@ -7,7 +7,7 @@ MIN_ROWS_PER_TICK = 3
 PAD_SHARE = 0.02
 """A flat line gets a scale of this share of its value, or of one unit, to both sides."""
 MIN_SPAN = 1e-150
-"""Smaller numbers are not told apart: near the smallest of all a scale has no steps."""
+"""Smaller differences are not shown: near the smallest of all a scale has no steps."""
 UNKNOWN = "--"
 
 

@@ -15,7 +15,7 @@ MAX_NOTES = 2
 
 
 class SetupPanel(LinesView):
-    """Says what to do now, what became of the last key, and what the section and its chosen line are."""
+    """Prompts of what is under way, the report of the last key, the section and its chosen line."""
 
     DEFAULT_CSS = framed("SetupPanel", "height: 9;") + "SetupPanel.-guided { height: 15; }"
 

@@ -85,7 +85,7 @@ class ParamService:
     def with_info(self, vehicle: int, then: Callable[[str], None]) -> MetadataJob | None:
         """Call `then` once the ranges of the parameters are known, or with the reason why they are not.
 
-        The first time they are fetched from the vehicle by the job that is returned; who asks meanwhile waits for the
+        The first time they are fetched from the vehicle by the job that is returned; questions meanwhile wait for the
         same job. No ArduPilot serves any.
         """
         known = self.context.fleet.vehicles.get(vehicle)

@@ -1,7 +1,7 @@
 """Mission jumps: a vehicle goes on with another item of its mission than the plan on board leads to.
 
-MISSION_SET_CURRENT is answered by MISSION_CURRENT to all, so nobody learns who sent it. But the plan on board says
-which item comes next, and how far it is. What the plan does not explain is another station's doing, or a pilot's.
+MISSION_SET_CURRENT is answered by MISSION_CURRENT to all, which does not name the sender. But the plan on board
+says which item comes next, and how far it is. What the plan does not explain is another station's doing, or a pilot's.
 """
 
 import math
