@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, sends_integers_bytewise
 
 if TYPE_CHECKING:
     from tui_gcs.core.fleet.vehicle import Vehicle  # readers of parameter files need none, nor the links behind it
@@ -46,7 +46,7 @@ def describes_parameters(vehicle: "Vehicle") -> bool:
 def encoding(vehicle: "Vehicle", capabilities: Callable[[], int]) -> Encoding:
     """The encoding, by autopilot; by capability for all others."""
     # Neither autopilot always sets the capability bit (docs/autopilots.md C4).
-    if vehicle.autopilot == AUTOPILOT_PX4:
+    if sends_integers_bytewise(vehicle.autopilot):
         return Encoding.BYTEWISE
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
         return Encoding.C_CAST

@@ -85,6 +85,11 @@ NOT_VEHICLES = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 37, 38, 39, 
 """MAV_TYPE of stations, trackers, companions, cameras and other parts that do not move by themselves."""
 
 
+def sends_integers_bytewise(autopilot: int) -> bool:
+    """Whether the float of its PARAM_VALUE holds the bytes of a whole number, not its value (docs/autopilots.md C4)."""
+    return autopilot == AUTOPILOT_PX4
+
+
 def autopilot_name(autopilot: int) -> str:
     """Return a name for MAV_AUTOPILOT, e.g. "PX4"; "autopilot 7" for an unknown one."""
     return _AUTOPILOTS.get(autopilot, f"autopilot {autopilot}")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.dialect import MessageLayout
-from tui_gcs.core.mavlink.enum_names import AUTOPILOT_INVALID, AUTOPILOT_PX4
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_INVALID, sends_integers_bytewise
 from tui_gcs.core.mavlink.field_meanings import (
     FieldMeaning,
     field_meaning,
@@ -225,8 +225,8 @@ class TlogSeries:
         key = SeriesKey(frame.system, _name_in(frame.msgid, message.fields))
         if key in wanted:
             value = message.fields[NAMED[frame.msgid][1]]
-            is_px4 = self._autopilots.get(frame.system, (0, 0))[0] == AUTOPILOT_PX4
-            if frame.msgid == PARAM_VALUE and is_px4 and message.fields["param_type"] == INT32:
+            bytewise = sends_integers_bytewise(self._autopilots.get(frame.system, (0, 0))[0])
+            if frame.msgid == PARAM_VALUE and bytewise and message.fields["param_type"] == INT32:
                 value = struct.unpack("<i", struct.pack("<f", value))[0]
             collector.add(key, wall_s, float(value))
 
