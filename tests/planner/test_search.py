@@ -55,6 +55,19 @@ def test_what_cannot_be_reached_in_time_is_left_for_what_can() -> None:
     assert planned([(80.0, 150.0)], poi("late", 220.0, 150.0, 10.0, due_s=5.0), poi("near", 90.0, 150.0)) == {1: "near"}
 
 
+@pytest.mark.parametrize(("left_s", "flies_to"), [(math.nan, "far"), (200.0, "far"), (115.0, "near"), (70.0, "")])
+def test_a_vehicle_takes_no_point_from_which_its_battery_does_not_bring_it_home(left_s: float, flies_to: str) -> None:
+    """The way home takes 40 s, the reserve is 60 s, the far point is 140 m away, the near one 10 m."""
+    task = search_task(1)
+    host = PlannerHost(task.team)
+    host.set_task(task)
+    frame = KinematicFleet(task, np.array([(80.0, 150.0)]), t_s=0.0).frame()
+    frame = msgspec.structs.replace(frame, battery_left_s=(left_s,), home_s=(40.0,))
+    plan = host.step(with_points(frame, poi("far", 220.0, 150.0, priority=50.0), poi("near", 90.0, 150.0)))
+    assert plan.error == ""
+    assert [i.reason if i.kind == "goto" else "" for i in plan.intents] == [flies_to]
+
+
 def test_without_tasks_all_hold() -> None:
     assert planned([(80.0, 150.0), (100.0, 150.0)]) == {1: "", 2: ""}
 

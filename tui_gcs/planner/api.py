@@ -28,6 +28,9 @@ and `alt_max_m` of both, `task.no_fly` (zones), `task.limits` (`speed_m_s`, `acc
 may differ: `fleet.speed_m_s`, `accel_m_s2` and `footprint_radius_m` are each vehicle's own; `task` has the least.
 `ctx.density(xy_m)` tells how important places (k, 2) are now, `ctx.obstacles` where moving obstacles are, which the
 guard does not know. Both come from the scenario (`[[class]]`, `[[round.density]]`, `[[round.obstacle]]`).
+`fleet.battery_left_s` tells how long batteries last, `fleet.home_s` how long the way home takes, and
+`ctx.cost_pct(intent)` what an intent takes: by what a `[[class]]` says about capacity and power, corrected in flight by
+what was used; without it by the use alone.
 `cells_of(task)` are the cells of the zone that can be seen; coverage and idleness count these and no others.
 
 **Units and frames.** Positions are ENU metres about the scenario's origin: x east, y north, z above the vehicles'
@@ -146,6 +149,7 @@ from tui_gcs.core.scenario.model import (
     VehicleClass,
 )
 from tui_gcs.planner.avoidance import avoid
+from tui_gcs.planner.energy_cost import Energy
 from tui_gcs.planner.radio import Radio, Received
 from tui_gcs.planner.surroundings import Obstacles, density_at, obstacles_at
 
@@ -263,6 +267,11 @@ class Fleet:
     """(n,) acceleration limit of each vehicle."""
     footprint_radius_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     """(n,) radius of what each vehicle sees."""
+    battery_left_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """(n,) flight time until each battery is empty, in hover or at the speed limit, where it uses more; NaN: unknown,
+    as it is of other vehicles where there is one instance on each."""
+    home_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """(n,) how long each vehicle's way home and landing take; NaN while it is unknown, as `battery_left_s`."""
 
 
 @dataclass(frozen=True)
@@ -352,6 +361,23 @@ class Context:
     def broadcast(self, payload: object) -> bool:
         """Send a message to every vehicle within range. As `send`."""
         return self.radio is not None and self.radio.send(0, payload)
+
+    def cost_pct(self, intent: Intent, duration_s: float | None = None) -> float:
+        """Return which share of its battery, in percent, a vehicle uses to do this intent; NaN while it is unknown.
+
+        `duration_s` is how long the intent is to hold. Without it, it holds until its end: the place of a `goto`, the
+        last sample of a `trajectory`, the landing of a `return`.
+
+        Raises:
+            ValueError: the vehicle is not in `fleet`, or the intent has no end and no duration was given.
+        """
+        fleet, rows = self.fleet, np.flatnonzero(self.fleet.id == intent.vehicle)
+        if self.task is None or not len(rows):
+            raise ValueError(f"vehicle {intent.vehicle} is not in the fleet")
+        row = int(rows[0])
+        battery = (float(column[row]) for column in (fleet.battery_pct, fleet.battery_left_s, fleet.home_s))
+        energy = Energy(self.task.class_of(intent.vehicle), *battery)
+        return energy.cost_pct(intent, fleet.position_m[row], self.t_s, duration_s)
 
     def density(self, xy_m: ArrayLike) -> NDArray[np.float64]:
         """Return (k,) the importance of places (k, 2) now, by the scenario's density map; 1 everywhere without one."""

@@ -37,6 +37,8 @@ MAX_BUNDLE = 3
 """How many points a vehicle wins in one auction: what comes after them is decided later anyway."""
 CLAIM_S = 3.0
 """What another vehicle's instance claimed is forgotten after this time."""
+RESERVE_S = 60.0
+"""A vehicle bids for no point after which it would come home with less flight time than this left in its battery."""
 INSIDE_M = 0.2
 """Places are chosen this far inside of where a vehicle may fly, against rounding."""
 
@@ -161,12 +163,19 @@ class Search(Planner):
     def _bid(
         self, ctx: Context, vehicle: int, k: int, spent_s: float, here_m: Floats, place_m: Floats, speed_m_s: float
     ) -> float:
-        """Return a vehicle's bid for a point after `spent_s` on its way; 0 where it would come too late."""
+        """Return a vehicle's bid for a point after `spent_s` on its way; 0 where it comes too late or not home."""
         after_s = spent_s + max(float(np.hypot(*(place_m - here_m))), 0.0) / speed_m_s
-        if after_s > ctx.points.left_s[k]:
+        if after_s > ctx.points.left_s[k] or not self._can_come_back(ctx, vehicle, after_s):
             return 0.0
         kept = KEEP_SHARE if self._targets.get(vehicle) == ctx.points.name[k] and spent_s == 0.0 else 1.0
         return kept * float(ctx.points.priority[k]) / (1.0 + after_s / TIME_SCALE_S)
+
+    @staticmethod
+    def _can_come_back(ctx: Context, vehicle: int, away_s: float) -> bool:
+        """Whether the battery lasts, as far as is known, to fly for so long, back again, home, and for the reserve."""
+        row = int(np.flatnonzero(ctx.fleet.id == vehicle)[0])
+        needed_s = 2.0 * away_s + float(np.nan_to_num(ctx.fleet.home_s[row])) + RESERVE_S
+        return not ctx.fleet.battery_left_s[row] < needed_s
 
     def _is_claimed(self, ctx: Context, k: int, known: list[int]) -> bool:
         """Whether an instance on a vehicle that this one does not see here flies to the point, with a higher bid."""

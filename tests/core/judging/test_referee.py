@@ -73,6 +73,8 @@ def frame(
         layer_m=nan,
         goal_m=(NOWHERE,) * n,
         goal_radius_m=(0.0,) * n,
+        battery_left_s=(math.nan,) * n,
+        home_s=(math.nan,) * n,
         camera=(None,) * n,
         gimbal=(None,) * n,
     )

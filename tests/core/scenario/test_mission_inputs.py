@@ -11,6 +11,7 @@ from tui_gcs.core.flight.planner_tasks import crewed, crews
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.geometry.loops import Loop
 from tui_gcs.core.scenario.load import ScenarioError, parse
+from tui_gcs.core.scenario.model import PowerModel
 from tui_gcs.core.scenario.template import new_scenario
 
 BASE = new_scenario("test", Origin(47.0, 8.0, 400.0), 2)
@@ -27,6 +28,9 @@ name = "slow"
 vehicles = [2]
 speed_m_s = 4.0
 footprint_radius_m = 8.0
+capacity_wh = 71.0
+hover_w = 210.0
+cruise_w = 190.0
 """
 IN_ROUND = """
 [[round.density]]
@@ -58,6 +62,8 @@ def test_all_of_them_are_read() -> None:
     assert scenario.class_of(2).name == "slow"
     assert scenario.class_of(2).accel_m_s2 == scenario.limits.accel_m_s2
     assert scenario.class_of(2).speed_m_s == 4.0
+    assert scenario.class_of(2).power == PowerModel(71.0, 210.0, 190.0)
+    assert scenario.class_of(1).power is None
     assert scenario.rounds[0].density[0].loop.at(25.0) == ((0.0, 200.0), (0.0, 2.0))
     assert scenario.rounds[0].obstacles[0].loop.at(77.0) == ((10.0, 180.0), (0.0, 0.0))
 
@@ -68,6 +74,8 @@ def test_all_of_them_are_read() -> None:
         ("[communication]\nloss = 1.5", "communication.loss .*must be a number from 0 to 1"),
         ("[communication]\nrange = 3", "unknown key"),
         ('[[class]]\nname = "a"\nvehicles = [1]\nspeed_m_s = 9.0', "speed_m_s .*to 8"),
+        ('[[class]]\nname = "a"\nvehicles = [1]\nhover_w = 200.0', "capacity_wh"),
+        ('[[class]]\nname = "a"\nvehicles = [1]\ncapacity_wh = 0\nhover_w = 2.0\ncruise_w = 1.0', "more than 0"),
         ('[[class]]\nname = "a"\nvehicles = []', "must be a list of vehicle numbers"),
         ('[[class]]\nname = "a"\nvehicles = [1]\n[[class]]\nname = "b"\nvehicles = [1]', "a second class of vehicle"),
         ('instances = "each"', "must be per_team, per_vehicle"),

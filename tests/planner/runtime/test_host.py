@@ -643,7 +643,9 @@ def test_what_the_operator_should_know_travels_with_the_plan(monkeypatch: pytest
 
 
 def test_a_planner_frame_gives_a_planner_the_same_view_as_the_whole_frame() -> None:
-    whole, task = fleet(6).frame(), task_of(ZONE, (2, 3, 5))
+    lasts_s = (600.0, 500.0, 400.0, 300.0, 200.0, 100.0)
+    whole = msgspec.structs.replace(fleet(6).frame(), battery_left_s=lasts_s, home_s=lasts_s[::-1])
+    task = task_of(ZONE, (2, 3, 5))
     part = decode(encode(whole), PlannerFrame)
     expected, seen = vars(team_view(whole, task)), vars(team_view(part, task))
     assert all(np.array_equal(column, seen[name]) for name, column in expected.items()) and len(expected["id"]) == 3

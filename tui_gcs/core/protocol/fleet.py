@@ -100,6 +100,8 @@ class VehicleRow(NamedTuple):
     goal_radius_m: Annotated[float, VisibleStep(1.0)] = 0.0
     camera: Annotated[bool | None, NotOnScreen] = None
     gimbal: Annotated[bool | None, NotOnScreen] = None
+    battery_left_s: Annotated[float, VisibleStep(30.0)] = float("nan")
+    home_s: Annotated[float, NotOnScreen] = float("nan")
 
 
 class FleetFrame(Message, frozen=True):
@@ -156,6 +158,10 @@ class FleetFrame(Message, frozen=True):
     """Whether a camera answered. False: it was asked and none answered, which is no proof; None: it was not asked."""
     gimbal: tuple[bool | None, ...] = ()
     """Whether a gimbal answered, with the same three values as `camera`."""
+    battery_left_s: tuple[float, ...] = ()
+    """Flight time until its battery is empty, in hover or at its speed limit, where it uses more; NaN while unknown."""
+    home_s: tuple[float, ...] = ()
+    """How long the way home and the landing take; NaN for vehicles that do not fly for a team."""
     tracks: tuple[Track, ...] = ()
     """Targets that the vehicles' sensors have detected, ordered by id."""
     points: tuple[PointOfInterest, ...] = ()
@@ -198,6 +204,8 @@ class PlannerFrame(msgspec.Struct, frozen=True):
     velocity_m_s: tuple[Vec3, ...] = ()
     heading_deg: tuple[float, ...] = ()
     battery_pct: tuple[float, ...] = ()
+    battery_left_s: tuple[float, ...] = ()
+    home_s: tuple[float, ...] = ()
     age_s: tuple[float, ...] = ()
     tracks: tuple[Track, ...] = ()
     points: tuple[PointOfInterest, ...] = ()

@@ -5,10 +5,11 @@ from collections.abc import Collection
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.loops import Loop
 from tui_gcs.core.scenario.fields import MAX_DISTANCE_M, Point, Table, in_metres, kind_of, nearest, one_of, shown
-from tui_gcs.core.scenario.model import DensityPeak, Limits, MovingObstacle, ScenarioTask, VehicleClass
+from tui_gcs.core.scenario.model import DensityPeak, Limits, MovingObstacle, PowerModel, ScenarioTask, VehicleClass
 
 MAX_PEAKS, MAX_OBSTACLES, MAX_CLASSES, MAX_LOOP_POINTS = 64, 64, 32, 100
 MAX_WEIGHT, MAX_PERIOD_S = 1e6, 86_400.0
+MAX_CAPACITY_WH, MAX_POWER_W = 1e6, 1e6
 
 
 def read_peak(table: Table, frame: LocalFrame | None) -> DensityPeak | None:
@@ -60,8 +61,19 @@ def read_class(table: Table, limits: Limits, footprint_radius_m: float) -> Vehic
     speed_m_s = table.number("speed_m_s", limits.speed_m_s, above=0, high=limits.speed_m_s)
     accel_m_s2 = table.number("accel_m_s2", limits.accel_m_s2, above=0, high=limits.accel_m_s2)
     footprint_m = table.number("footprint_radius_m", footprint_radius_m, above=0, high=footprint_radius_m)
+    power = _power(table)
     table.done()
-    return VehicleClass(name, vehicles, speed_m_s, accel_m_s2, footprint_m) if table.ok else None
+    return VehicleClass(name, vehicles, speed_m_s, accel_m_s2, footprint_m, power) if table.ok else None
+
+
+def _power(table: Table) -> PowerModel | None:
+    """Return what the battery of a class holds and what flying takes; None where nothing is said about it."""
+    keys = ("capacity_wh", "hover_w", "cruise_w")
+    if not any(table.has(key) for key in keys):
+        return None
+    capacity_wh = table.number("capacity_wh", above=0, high=MAX_CAPACITY_WH)
+    hover_w, cruise_w = (table.number(key, above=0, high=MAX_POWER_W) for key in keys[1:])
+    return PowerModel(capacity_wh, hover_w, cruise_w)
 
 
 def _vehicles(table: Table) -> tuple[int, ...]:

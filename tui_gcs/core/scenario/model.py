@@ -42,6 +42,15 @@ class Communication(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The largest message, as it is encoded."""
 
 
+class PowerModel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a full battery of a vehicle holds, and what flying takes of it."""
+
+    capacity_wh: float
+    hover_w: float
+    cruise_w: float
+    """At the class's speed limit."""
+
+
 class VehicleClass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What vehicles of one kind can do: never more than the scenario's limits and footprint."""
 
@@ -51,6 +60,8 @@ class VehicleClass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     speed_m_s: float
     accel_m_s2: float
     footprint_radius_m: float
+    power: PowerModel | None = None
+    """None: how long a battery lasts is known from its use in flight only."""
 
 
 class ResultLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

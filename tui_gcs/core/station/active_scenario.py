@@ -79,7 +79,7 @@ class ActiveScenario:
         fleet.reframe(frame)
         self._comms.command_encoder.frame = frame
         self._flight.executive.return_control.speed_m_s = scenario.limits.speed_m_s
-        self._flight.battery_return.limits = scenario.battery
+        self._flight.battery_return.set_scenario(scenario)
         # In flight a vehicle keeps its layer and home, whatever team it goes to; on the ground places are given out
         # anew.
         if flights.any_in_the_air():

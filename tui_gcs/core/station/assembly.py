@@ -187,6 +187,6 @@ def _flight(config: StationConfig, flight_services: FlightServices) -> FlightPar
         EmergencyMonitor(flight_services.flights, executive.losses.declare_emergency),
         CourseMonitor(flight_services),
         MissionSeparation(flight_services, steering, executive.may_stop_by_itself, executive.hold_for_separation),
-        BatteryReturnController(flight_services, config.scenario.battery, executive),
+        BatteryReturnController(flight_services, config.scenario, executive),
         PointTable(flight_services, config.scenario, executive),
     )

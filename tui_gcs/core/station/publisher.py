@@ -39,6 +39,7 @@ class Publisher:
             flight.steering,
             clock,
             parts.services.payload,
+            flight.battery_return,
         )
         return msgspec.structs.replace(
             frame,

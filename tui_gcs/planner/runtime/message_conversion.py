@@ -37,10 +37,17 @@ def team_view(frame: AnyFrame, task: PlannerTask) -> Fleet:
         battery_pct=np.array([frame.battery_pct[i] for i in rows], dtype=float),
         held=np.array([frame.phase[i] in (Phase.HOLDING, Phase.BY_HAND) for i in rows], dtype=bool),
         own=np.ones(len(ids), dtype=bool),
+        battery_left_s=_optional(frame.battery_left_s, rows),
+        home_s=_optional(frame.home_s, rows),
         **class_columns(ids, task),
     )
     read_only(vars(fleet).values())
     return fleet
+
+
+def _optional(column: tuple[float, ...], rows: list[int]) -> NDArray[np.float64]:
+    """Return the rows of a column that frames may lack; NaN then."""
+    return np.array([column[i] for i in rows] if column else [np.nan] * len(rows), dtype=float)
 
 
 def class_columns(ids: Sequence[int], task: PlannerTask) -> dict[str, NDArray[np.float64]]:

@@ -245,6 +245,8 @@ def own_view(team: Fleet, row: int, heard: list[Beacon], task: PlannerTask, t_s:
         battery_pct=np.array(battery, dtype=float),
         held=np.array(held, dtype=bool),
         own=np.array(ids) == me,
+        battery_left_s=np.where(np.array(ids) == me, team.battery_left_s[row], np.nan),
+        home_s=np.where(np.array(ids) == me, team.home_s[row], np.nan),
         **class_columns(ids, task),
     )
     read_only(vars(view).values())

@@ -152,7 +152,9 @@ class DetailLines:
         return f"{speed} m/s  hdg {heading(self._row.heading_deg, self._glyphs.degree)}"
 
     def _battery(self) -> str:
-        left_s, more = self._more.battery_left_s, self._more
+        more = self._more
+        # The battery's own estimate, where it makes one, knows more than the percentages that it reports.
+        left_s = more.battery_left_s if math.isfinite(more.battery_left_s) else self._row.battery_left_s
         left = f"  ~{left_s / 60:.0f} min" if math.isfinite(left_s) else ""
         amps = f"  {number(more.battery_a, 1)} A" if math.isfinite(more.battery_a) else ""
         return f"{number(self._row.battery_v, 1)} V  {number(self._row.battery_pct)} %{left}{amps}"
