@@ -29,6 +29,7 @@ from tests.bench.planning.losses import planning_losses
 from tests.bench.planning.planning import planning, planning_long
 from tests.bench.planning.runs import planning_runs
 from tests.bench.planning.turns import planning_turns
+from tests.bench.promises import promises
 from tests.bench.restart import restart
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim
@@ -59,6 +60,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "guardian": guardian,
     "guardian-flown": guardian_flown,
     "guard": guard,
+    "promises": promises,
 }
 LONG_S = {
     "lock-step": 150,
@@ -74,11 +76,12 @@ LONG_S = {
     "guardian": 1800,
     "guardian-flown": 400,
     "guard": 1200,
+    "promises": 400,
 }
 """Parts that take more than a minute say so."""
 RANDOM: dict[str, Callable[[list[str]], int]] = {"fleets": fleets.main, "zones": zones}
 """Parts with arguments of their own: random inputs from a seed."""
-BY_NAME_ONLY = {"commands", "planning-long", "planning-turns", "guardian", "guardian-flown", "guard"}
+BY_NAME_ONLY = {"commands", "planning-long", "planning-turns", "guardian", "guardian-flown", "guard", "promises"}
 
 
 def main(chosen: list[str]) -> int:
