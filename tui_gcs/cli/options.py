@@ -4,6 +4,7 @@ It imports nothing heavy.
 """
 
 import argparse
+import math
 import sys
 from collections.abc import Sequence
 from itertools import pairwise
@@ -47,6 +48,14 @@ def command(commands: Commands, name: str, text: str, *, examples: str = "") -> 
 def repeated(parser: argparse.ArgumentParser, name: str, value: str, text: str, kind: type = str) -> None:
     """Add an option that may be given several times; its values are a list."""
     parser.add_argument(name, action="append", default=[], type=kind, metavar=value, help=text)
+
+
+def positive(text: str) -> float:
+    """Return a number above 0, for argparse."""
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}: must be above 0")
+    return value
 
 
 def simulation(parser: argparse.ArgumentParser) -> None:

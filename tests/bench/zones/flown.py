@@ -95,7 +95,7 @@ def previewed(drawn: RandomScenario, scenario: Scenario) -> ZoneFigures:
     starts_m = {place.vehicle: place.place_m for place in scenario.places if place.vehicle is not None}
     nobody = FleetFrame(seq=0, t_s=0.0, wall_s=0.0, kind=RunKind.SIM)
     begin_s = time.process_time()
-    found = forecast(task, nobody, {}, starts_m, searched=True)
+    found = forecast(task, nobody, {}, starts_m, search_end_s=math.inf)
     cpu_s = time.process_time() - begin_s
     problem = found.plan.error.strip().splitlines()[-1] if found.plan.error else ""
     baseline_s = boustrophedon_worst_s(task) if not problem else math.nan

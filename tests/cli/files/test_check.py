@@ -7,16 +7,20 @@ import resource
 import struct
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from tests.rigs.reports import report_of
 from tui_gcs.cli.files.bounded import TimeUsedUp, bounded
+from tui_gcs.cli.files.check_preview import _Budget
 from tui_gcs.cli.main import main
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.draft_file import SavedDraft, to_bytes
+from tui_gcs.core.missions.scenario_findings import preview_findings
+from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.load import parse
 
 SCENARIO = Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml"
@@ -97,6 +101,39 @@ def test_a_preview_that_is_too_fine_says_so_at_once(capsys: pytest.CaptureFixtur
     out = capsys.readouterr().out
     line = "round 1: defend: no plan: a footprint of 0.001 m radius in a zone of 20106 m2 is too fine to plan: "
     assert line + "1.79 m at least" in out
+
+
+def test_a_preview_ends_when_the_time_for_all_teams_is_used_up(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(SCENARIO), "--preview", "--seconds", "0.03"]) == 0
+    out = capsys.readouterr().out
+    for round_ in ("round 1", "round 2", "round 3"):
+        assert f"caution {round_}: defend, attack: no plan: the 0.03 s for all teams are used up (--seconds" in out
+    assert "planned:" not in out
+    for wrong in ("0", "-1", "nan", "soon"):
+        with pytest.raises(SystemExit):
+            main(["check", str(SCENARIO), "--preview", "--seconds", wrong])
+    assert main(["check", str(SCENARIO), "--seconds", "5"]) == 2
+    assert "--seconds is of --preview" in capsys.readouterr().err
+
+
+def test_teams_share_the_time_of_a_preview_and_what_one_leaves_is_for_those_that_wait() -> None:
+    budget = _Budget(10.0, 2, 5)
+    first, second = budget.next_share_s(), budget.next_share_s()
+    assert first == second == pytest.approx(4.0)
+    assert budget.limit_s(first) == 10.0, "one core for all of the time"
+    budget.done(first, 1.0)
+    assert budget.next_share_s() == pytest.approx(5.0)
+    budget.done(second, 10.0)
+    assert budget.next_share_s() == pytest.approx(2.0)
+    budget.done(5.0, 9.0)
+    assert budget.next_share_s() == 0.0, "all of it is used"
+
+
+def test_a_search_that_was_cut_short_is_told_beside_its_figures() -> None:
+    found = PreviewResult("defend", 0, "done", {"searched": 0.2}, worst_s=26.0, ratio=1.25, vehicles=4)
+    assert "1.25 x ideal, after 20% of the search: a flight may be better" in preview_findings(found)[0].text
+    found = msgspec.structs.replace(found, metrics={"searched": 1.0})
+    assert preview_findings(found)[0].text.endswith("1.25 x ideal")
 
 
 def test_a_preview_ends_when_its_time_or_memory_is_used_up() -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.cli.command_report import CommandReport, finish
 from tui_gcs.cli.common import read_planners
 from tui_gcs.cli.exit_codes import CommandError, ReportCode
-from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
+from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, PREVIEW_S, WORDS, FindingLine
 from tui_gcs.cli.files.file_access import MAX_CELLS, SCENARIO, elevation_of, missions_in, read_any, read_base, round_of
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, counted
@@ -33,13 +33,18 @@ def run(arguments: argparse.Namespace) -> int:
         raise CommandError("--preview is of a scenario (.toml): only planners are foretold")
     if is_scenario and (arguments.scenario or arguments.round):
         raise CommandError("--scenario and --round are of a plan: a scenario is looked at as a whole")
+    if arguments.seconds is not None and not arguments.preview:
+        raise CommandError("--seconds is of --preview")
     preview = (arguments.autopilot or "ardupilot") if arguments.preview else None
+    seconds = PREVIEW_S if arguments.seconds is None else arguments.seconds
     if arguments.planner and not is_scenario:
         raise CommandError("--planner is of a scenario (.toml)")
     planners = read_planners(arguments.planner)
     elevation = elevation_of(arguments.terrain or os.environ.get("TUI_GCS_TERRAIN"))
     lines = (
-        scenario_lines(path, preview, planners, elevation) if is_scenario else other_lines(path, arguments, elevation)
+        scenario_lines(path, preview, planners, elevation, seconds)
+        if is_scenario
+        else other_lines(path, arguments, elevation)
     )
     errors, cautions = (sum(line.level == level for line in lines) for level in (ERROR, CAUTION))
     counts = [counted(errors, "error")] * bool(errors) + [counted(cautions, "caution")] * bool(cautions)
@@ -66,8 +71,9 @@ def scenario_lines(
     preview: str | None = None,
     planners: "dict[str, PlannerInfo] | None" = None,
     elevation: "Elevation | None" = None,
+    seconds: float = PREVIEW_S,
 ) -> list[FindingLine]:
-    """Return the findings of a scenario; with `preview` also what its planners would achieve.
+    """Return the findings of a scenario; with `preview` also what its planners would achieve, in so many `seconds`.
 
     `planners` are those in files, by name; with `elevation` the ground below is looked at, too.
     Raises `CommandError` if the file cannot be read at all.
@@ -100,7 +106,7 @@ def scenario_lines(
     if preview is not None:
         from tui_gcs.cli.files.check_preview import preview_lines
 
-        found += preview_lines(scenario, preview)
+        found += preview_lines(scenario, preview, seconds)
     return sorted(found, key=lambda line: -WORDS.index(line.level))
 
 

@@ -9,6 +9,9 @@ WORDS = (NOTE, CAUTION, ERROR)
 """The printed word for each severity of a finding."""
 AUTOPILOTS = {"ardupilot": AUTOPILOT_ARDUPILOT, "px4": AUTOPILOT_PX4}
 
+PREVIEW_S = 10.0
+"""Processor time that `--preview` may take, unless it is told otherwise."""
+
 
 @dataclass(frozen=True)
 class FindingLine:

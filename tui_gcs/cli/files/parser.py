@@ -3,6 +3,7 @@
 import argparse
 
 from tui_gcs.cli import options
+from tui_gcs.cli.files.check_lines import PREVIEW_S
 from tui_gcs.cli.options import Commands
 
 CONVERT = """formats, by the ending of OUT (IN is looked into):
@@ -63,8 +64,10 @@ def add(commands: Commands) -> None:
     check.add_argument("--terrain", metavar="PATH", help=known)
     known = "of a scenario: a planner in a file, so that gates of its metrics are checked; may be repeated"
     options.repeated(check, "--planner", "FILE.py", known)
-    known = "of a scenario: what its planners would make of each round, and where teams meet; seconds for each team"
+    known = "of a scenario: what its planners would make of each round, and where teams meet"
     check.add_argument("--preview", action="store_true", help=known)
+    known = f"of --preview: processor time for all teams (default: {PREVIEW_S:g}); with more, searches go on for longer"
+    check.add_argument("--seconds", type=options.positive, metavar="S", help=known)
     options.report(check)
 
 

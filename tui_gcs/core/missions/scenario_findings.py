@@ -160,6 +160,12 @@ def layers_finding(scenario: Scenario) -> ScenarioFinding:
     return _note(text, f"at least {layers_needed(near)} layers are needed: {together}")
 
 
+def _searched(found: PreviewResult) -> str:
+    """Return how much of its planner's search a preview had time for, where that was not all of it."""
+    share = found.metrics.get("searched", 1.0)
+    return "" if share >= 1.0 else f", after {share:.0%} of the search: a flight may be better"
+
+
 def preview_findings(found: PreviewResult) -> list[ScenarioFinding]:
     """Return the findings about the finished preview of one team: idleness, separation."""
     team = found.team
@@ -167,7 +173,7 @@ def preview_findings(found: PreviewResult) -> list[ScenarioFinding]:
         return [_caution(f"{team}: no plan: {found.text}")]
     seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x ideal" if isfinite(found.worst_s) else "not all is seen"
     apart = f", separation {found.separation:.2f} x" if isfinite(found.separation) else ""
-    lines = [_note(f"{team}: {found.vehicles} planned: {seen}{apart}")]
+    lines = [_note(f"{team}: {found.vehicles} planned: {seen}{apart}{_searched(found)}")]
     if found.unreachable:
         lines.append(_caution(f"^ {team}: {found.unreachable}"))
     if found.separation < 1.0:

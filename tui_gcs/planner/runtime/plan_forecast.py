@@ -5,6 +5,7 @@ figures are those of the plan that will be flown.
 """
 
 import math
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -71,19 +72,19 @@ def forecast(
     starts_m: Mapping[int, tuple[float, float]] = NO_STARTS,
     snapshot: bytes = b"",
     *,
-    searched: bool = False,
+    search_end_s: float = -math.inf,
 ) -> PlanForecast:
     """Configure the planner and fly its plan. Vehicles that are not in `frame` begin at `starts_m`.
 
-    With `searched` a planner first searches in the background for as long as it would on the ground, which takes
-    seconds; without it the figures are those of the plan at once. If `snapshot` is of a planner of the same kind that
-    flies now, this one inherits what that one has learnt.
+    A planner that searches in the background first does so for as long as it would on the ground, or until this
+    process has used `search_end_s` of processor time; without it the figures are those of the plan at once. If
+    `snapshot` is of a planner of the same kind that flies now, this one inherits what that one has learnt.
     """
     host = PlannerHost(task.team, files)
     host.set_task(task)
     host.inherit(snapshot)
     world = KinematicFleet(task, start_m(task, frame, starts_m), t_s=frame.t_s)
-    drawn = _search(host, world) if searched else None
+    drawn = _search(host, world, search_end_s)
     host.searches = False
     plan = host.step(world.frame())
     if plan.error:
@@ -100,11 +101,13 @@ def forecast(
     return PlanForecast(plan, worst_s, ratio, ideal_s, bound_s, separation, ways)
 
 
-def _search(host: PlannerHost, world: KinematicFleet) -> tuple[Annotation, ...] | None:
+def _search(host: PlannerHost, world: KinematicFleet, end_s: float) -> tuple[Annotation, ...] | None:
     """Let the planner search while all vehicles are on the ground. Return what it drew last."""
     drawn = None
     world.phase = dict.fromkeys(world.task.members, Phase.ARMING)
     for _ in range(round(MAX_SEARCH_S / STEP_S)):
+        if time.process_time() >= end_s:
+            break
         plan = host.step(world.frame())
         drawn = drawn if plan.annotations is None else plan.annotations
         if plan.error or plan.metrics.get(SEARCHED, 1.0) >= 1.0:

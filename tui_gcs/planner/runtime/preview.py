@@ -33,8 +33,11 @@ NICE = 10
 """Lower priority than the planners that fly."""
 
 
-def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult:
-    """Return the result of a preview. Raises ValueError if the request holds no task or frame."""
+def preview(ask: PreviewTask, files: Mapping[str, PlannerFile], search_end_s: float = math.inf) -> PreviewResult:
+    """Return the result of a preview. Raises ValueError if the request holds no task or frame.
+
+    The planner's search ends when this process has used `search_end_s` of processor time, if it is not over before.
+    """
     task, frame = ask.task, ask.frame
     if task is None or frame is None:
         raise ValueError("nothing to look at")
@@ -45,7 +48,7 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
         if ask.idleness_s > 0.0:
             vehicles, found = vehicles_for(ask.idleness_s, task, frame, files, ask.starts_m, ask.snapshot)
         else:
-            found = forecast(task, frame, files, ask.starts_m, ask.snapshot, searched=True)
+            found = forecast(task, frame, files, ask.starts_m, ask.snapshot, search_end_s=search_end_s)
     except ValueError as why:
         return PreviewResult(task.team, ask.number, "failed", text=str(why))
     if found.plan.error:
