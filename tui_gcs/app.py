@@ -30,7 +30,7 @@ from tui_gcs.console.preload import AFTER_S, preload_screens
 from tui_gcs.console.selection_entry import SelectionEntry
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol.bus import Bus
-from tui_gcs.core.protocol.common import RunKind
+from tui_gcs.core.protocol.common import AddPoints, RunKind
 from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct
 from tui_gcs.feed.feed import PERIOD_S, Feed
 from tui_gcs.feed.messages import DisplayLagged, FleetUpdated, StatusUpdated
@@ -51,6 +51,7 @@ from tui_gcs.widgets.basics.shown_keys import use_keys
 from tui_gcs.widgets.basics.top_lines import TopLines
 
 if TYPE_CHECKING:
+    from tui_gcs.screens.common.point_prompt import PointPrompt
     from tui_gcs.screens.plan.plan_screen import PlanScreen
 
 NOTE_SEVERITIES = {Severity.NORMAL: 6, Severity.GREY: 6, Severity.CAUTION: 4, Severity.WARNING: 4}
@@ -270,6 +271,14 @@ class ConsoleApp(TerminalApp):
     def on_map_screen_resume_requested(self) -> None:
         """Resume after a hold; Enter does nothing else on a map."""
         self.commands.resume_by_enter()
+
+    def on_point_prompt_typed(self, message: "PointPrompt.Typed") -> None:
+        """Send a task that was typed on a map; its marker and an event show that it was taken."""
+        self.commands.ask_quietly(AddPoints((message.point,)), "task")
+
+    def on_point_prompt_remark(self, message: "PointPrompt.Remark") -> None:
+        """Report why no task is sent."""
+        self.notice(message.text, Severity.CAUTION)
 
     def on_resize(self, event: events.Resize) -> None:
         """Show only the essentials on a terminal of less than 80x24."""

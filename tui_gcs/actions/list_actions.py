@@ -2,7 +2,10 @@
 
 from tui_gcs.actions.action import SELECT, VIEW, action
 
+# Without keys: the next digit may arrive before Textual has run a binding, see `SelectionEntry`.
+DIGITS_ACTION = action("digit", "", "", "3-7,9 and Enter: select those", SELECT, shown="1..9")
 LOOK_ACTIONS = (
+    DIGITS_ACTION,
     action("select_next", "n", "", "look at the next and previous vehicle", SELECT, shown="n/N", do="look(1)"),
     action("select_previous", "N", "", "", SELECT, do="look(-1)"),
 )

@@ -4,6 +4,7 @@ from typing import Any
 
 from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, ConsoleAction, action
 from tui_gcs.actions.action_context import ActionContext
+from tui_gcs.actions.list_actions import DIGITS_ACTION
 from tui_gcs.core.protocol.common import Phase, RunPhase
 
 NOTHING_HOLDS = "nothing holds"
@@ -36,6 +37,10 @@ def _resumes(context: ActionContext) -> str:
 
 def _needs_selection(context: ActionContext) -> str:
     return context.silent or ("" if context.selected else "no vehicle is selected: a number or s selects")
+
+
+def _may_command(context: ActionContext) -> str:
+    return context.read_only or context.silent
 
 
 def _has_rounds(context: ActionContext) -> str:
@@ -132,8 +137,7 @@ FLY_ACTIONS = (
         do="step(1)",
     ),
     action("select_previous", "N", "", "", SELECT, do="step(-1)"),
-    # Without keys: the next digit may arrive before Textual has run a binding, see `SelectionEntry`.
-    action("digit", "", "", "3-7,9 and Enter: select those", SELECT, shown="1..9"),
+    DIGITS_ACTION,
     action("enter", "enter", "", "", SELECT),
     action("cancel", "escape", "", "close the result, hide the cursor, end follow", SELECT),
     action("pan_left", "left h", "", "move the map, or its cursor; h j k l too", VIEW, shown="arrows", do="pan(-1, 0)"),
@@ -145,6 +149,7 @@ FLY_ACTIONS = (
     action("fit", "z", "fit", "everything in view", VIEW, 2, do="map_view.fit"),
     action("follow", "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
     action("cursor", "x", "", "cursor on the map, on and off: degrees, metres, UTM; go to: `cursor`", VIEW),
+    action("add_task", "t", "", "a task for planners at the cursor", VIEW, why_not=_may_command),
     action("measure", "X", "", "measure distance and direction from the cursor", VIEW),
     action("grid", "g", "", "grid on the map, on and off", VIEW),
     action("layers", "L", "", "choose what is drawn on the map", VIEW),

@@ -8,14 +8,12 @@ from tui_gcs.actions.places import PlaceReferences
 from tui_gcs.actions.table import NOTHING_HOLDS
 from tui_gcs.console.order_results import OrderResults
 from tui_gcs.console.parts import ConsoleParts
-from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.geometry.zones import bounds
 from tui_gcs.core.protocol.common import Hold, Request, Resume, Return, RunPhase, Start, SwitchRound
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
 from tui_gcs.core.protocol.setup import AskPayloads
 from tui_gcs.feed.notices import Severity
-from tui_gcs.screens.common.map_screen import present_round
+from tui_gcs.screens.common.map_screen import place_references
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.fly.manual_control_screen import ManualControlScreen
 from tui_gcs.screens.fly.round_dialog import RoundDialog
@@ -227,15 +225,8 @@ class CommandController:
 
     def _place_references(self) -> PlaceReferences:
         """What typed places can be relative to, now."""
-        feed = self._feed
-        current = present_round(feed)
-        middles = {}
-        for zone in current.zones if current is not None else ():
-            x0, y0, x1, y1 = bounds(zone.shape)
-            middles[zone.name] = ((x0 + x1) / 2, (y0 + y1) / 2)
-        frame = LocalFrame(feed.scenario.scenario.origin) if feed.scenario is not None else None
         fly = next((screen for screen in self._parts.app.screen_stack if isinstance(screen, FlyScreen)), None)
-        return PlaceReferences(rows_of(feed), middles, frame, fly.cursor_m if fly is not None else None)
+        return place_references(self._feed, fly.cursor_m if fly is not None else None)
 
     # Questions to the station.
 

@@ -538,3 +538,44 @@ async def test_the_start_dialog_shows_what_each_kind_of_vehicle_does_without_a_l
         assert "  5-8  after 1-2 s without set-points: Position mode" in text
         assert "    SINKS (COM_OBL_RC_ACT)" in text
         assert max(map(len, text.splitlines())) <= 74, "fits 80 columns with its frame"
+
+
+def added_tasks(c: Console) -> list[m.AddPoints]:
+    return [request for request in c.station.requests if isinstance(request, m.AddPoints)]
+
+
+async def test_a_task_for_planners_is_made_at_the_cursor() -> None:
+    async with console(WIDE, flight) as c:
+        await c.press("t")  # shows the cursor, and says what the next press does
+        cursor = c.fly.cursor_m
+        assert cursor is not None and "t again" in c.line(1) and added_tasks(c) == []
+        await c.press("right", "t")
+        assert "task: place; name; priority; seconds =" in c.text() and "cursor" in c.line(38)
+        await c.press(*"; gate 7; 2".replace(" ", ""), "enter")
+        (request,) = added_tasks(c)
+        (point,) = request.points
+        assert point.place_m == c.fly.cursor_m != cursor
+        assert (point.name, point.priority) == ("gate7", 2.0)
+        await c.press("t", "enter")  # the same question again, for another one
+        assert len(added_tasks(c)) == 2
+
+
+async def test_escape_makes_no_task_and_what_is_none_is_refused() -> None:
+    async with console(WIDE, flight) as c:
+        await c.press("t", "t", "escape")
+        assert added_tasks(c) == []
+        await c.press("t", *";;x", "enter")
+        assert "'x' is no priority" in c.line(1) and added_tasks(c) == []
+
+
+async def test_a_read_only_console_makes_no_task() -> None:
+    async with console(WIDE, flight, read_only=True) as c:
+        await c.press("t", "t")
+        assert "read-only" in c.line(1) and c.fly.cursor_m is None and added_tasks(c) == []
+
+
+@pytest.mark.parametrize("letter", ["p", "i", "s", "l", "g", "o", "a"])
+async def test_a_number_selects_on_every_screen_of_vehicles(letter: str) -> None:
+    async with console(WIDE, flight) as c:
+        await c.press("S", letter, "3", "comma", "5", "enter")
+        assert c.app.feed.selection.ids == (3, 5)

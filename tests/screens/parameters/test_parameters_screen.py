@@ -238,3 +238,23 @@ async def test_a_read_only_console_changes_nothing() -> None:
         await opened(c, 1)
         await c.press("enter", "y", "R", "u", "Y")
         assert c.station.commands() == []
+
+
+async def test_an_empty_list_names_what_hides_the_parameters() -> None:
+    async with console(WIDE, known) as c:
+        await opened(c)
+        await c.press("/", *"lean", "enter", "tab")
+        assert "none that is differing fits: Esc ends the search, Tab the view" in c.text()
+        await c.press("escape", "tab", "tab")
+        assert "no parameter is a favourite: Tab shows others" in c.text()
+
+
+async def test_a_refusal_for_want_of_a_selection_ends_with_a_selection() -> None:
+    async with console(WIDE, known) as c:
+        await opened(c)
+        await c.press("enter")
+        assert "no vehicle is selected" in detail(c)
+        await c.press("3", "enter")
+        assert "no vehicle is selected" not in detail(c)
+        await c.press("enter")
+        assert "Enter takes, Esc leaves" in c.text()

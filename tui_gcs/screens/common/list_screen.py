@@ -11,6 +11,8 @@ from tui_gcs.widgets.basics.rows_view import RowPicked, RowsView
 class ListScreen(Screen[None]):
     """A screen with one list, or several of which one is shown; its keys are those of `actions/list_actions.py`."""
 
+    DIGITS_SELECT = True
+    """A digit begins the number of a vehicle to select, see `ConsoleApp`."""
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
     # None would let Textual put the cursor into a hidden prompt, which then takes every key.
     AUTO_FOCUS = ""

@@ -9,6 +9,9 @@ from textual import work
 from textual.message import Message
 from textual.screen import Screen
 
+from tui_gcs.actions.places import PlaceReferences
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import bounds
 from tui_gcs.core.scenario.model import Round
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import StatusUpdated
@@ -91,3 +94,14 @@ def present_round(feed: Feed) -> Round | None:
     # The status may be of a scenario that has not arrived here yet: its index may be out of range.
     index = feed.status.round_index if feed.status is not None else 0
     return rounds[index] if 0 <= index < len(rounds) else None
+
+
+def place_references(feed: Feed, cursor_m: tuple[float, float] | None) -> PlaceReferences:
+    """Return what a typed place may be relative to now: vehicles, zones of the round, the cursor in ENU metres."""
+    frame, scenario, present = feed.frame, feed.scenario, present_round(feed)
+    middles = {}
+    for zone in present.zones if present is not None else ():
+        x0, y0, x1, y1 = bounds(zone.shape)
+        middles[zone.name] = ((x0 + x1) / 2, (y0 + y1) / 2)
+    rows = {row.id: row for row in frame.rows()} if frame is not None else {}
+    return PlaceReferences(rows, middles, LocalFrame(scenario.scenario.origin) if scenario else None, cursor_m)

@@ -283,6 +283,28 @@ class FlyScreen(MapScreen):
         """Ask to resume the planner: in hold it goes on."""
         self.post_message(self.ResumeRequested())
 
+    def action_add_task(self) -> None:
+        """Ask for a task of planners at the cursor; the first press only shows the cursor."""
+        from tui_gcs.screens.common.point_prompt import PointPrompt  # when first asked for
+
+        if self.feed.requests.read_only:
+            self.post_message(PointPrompt.Remark(self.feed.requests.read_only))
+        elif self.map_view.cursor_m is None:
+            self.map_view.show_cursor()
+            self.post_message(PointPrompt.Remark("arrows move the cursor; t again: a task for planners there"))
+        else:
+            self.run_worker(self._ask_task(), group="task", exclusive=True, exit_on_error=False)
+
+    async def _ask_task(self) -> None:
+        from tui_gcs.screens.common.point_prompt import PointPrompt
+
+        for prompt in self.query(PointPrompt):
+            prompt.ask_point()
+            return
+        prompt = PointPrompt(self.feed, lambda: self.map_view.cursor_m)
+        await self.mount(prompt)
+        prompt.ask_point()
+
     def action_cancel(self) -> None:
         """Hide the cursor; without one stop following a vehicle."""
         if self.map_view.cursor_m is not None:

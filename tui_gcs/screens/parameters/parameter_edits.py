@@ -28,7 +28,7 @@ from tui_gcs.widgets.basics.strips import Run, wrapped
 
 MAX_FILE_BYTES = 1 << 20
 MAX_NAME_CELLS = 60
-NONE_SELECTED = "no vehicle is selected: s selects which are changed"
+NONE_SELECTED = "no vehicle is selected: a number or s selects which are changed"
 
 
 class ParameterEdits(ScreenEdits):

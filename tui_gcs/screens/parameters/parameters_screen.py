@@ -14,6 +14,7 @@ from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.parameter_actions import PARAMETER_ACTIONS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.float32 import shown
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.favourites import Favourites
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.fleet_parameters import FleetParameter, ParameterFilter, group_of
@@ -22,7 +23,7 @@ from tui_gcs.feed.parameter_transfers import ParameterTransfers
 from tui_gcs.screens.common.draft_screen import typed_path
 from tui_gcs.screens.common.list_screen import ListScreen
 from tui_gcs.screens.common.typed_words import TypedWords
-from tui_gcs.screens.parameters.parameter_edits import ParameterEdits
+from tui_gcs.screens.parameters.parameter_edits import NONE_SELECTED, ParameterEdits
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -35,7 +36,9 @@ from tui_gcs.widgets.parameters.parameter_list import ParameterList
 
 PROGRESS_PERIOD_S = 0.5
 """While parameters arrive the table is compared anew at most this often: for 50 vehicles it takes 80 ms."""
-VIEWS = ("all", "differing", "changed from default", "favourites")
+MAX_NAMED_CELLS = 24
+"""Vehicles whose numbers take more cells in the title are counted."""
+VIEWS = ("all", "differing", "changed from default", "a favourite")
 
 
 class ParametersScreen(ListScreen):
@@ -84,6 +87,12 @@ class ParametersScreen(ListScreen):
     def on_mount(self) -> None:
         """Begin to receive the feed's messages."""
         self.feed.listen(self)
+
+    @on(SelectionChanged)
+    def forget_refusal(self) -> None:
+        """Drop what was said about vehicles that were not selected."""
+        if self.edits.report and self.edits.report[0][0] == NONE_SELECTED:
+            self.edits.report = ()
 
     @on(events.ScreenResume)
     @on(SelectionChanged)
@@ -150,19 +159,21 @@ class ParametersScreen(ListScreen):
             self.typed.words,
             only_differing=view == "differing",
             only_changed=view == "changed from default",
-            favourites=frozenset(self.favourites.names) if view == "favourites" else None,
+            favourites=frozenset(self.favourites.names) if view == "a favourite" else None,
         )
         return wanted.matching(self.transfers.parameters.table(self.compared()))
 
     def _title(self, count: int) -> str:
         compared = self.compared()
         all_ = len(self.transfers.parameters.table(compared))
-        parts = [f"parameters  {count} of {all_}", f"{len(compared)} vehicles", VIEWS[self._view]]
+        parts = [f"parameters  {count} of {all_}"]
         if search := self.typed.title("find"):
-            parts.append(search)
+            parts.append(search)  # before what may be cut off on a narrow terminal
+        named = vehicles_words(compared) if compared else "no vehicle"
+        parts += [named if len(named) <= MAX_NAMED_CELLS else f"{len(compared)} vehicles", VIEWS[self._view]]
         unknown = [vehicle for vehicle in compared if not self.transfers.parameters.is_complete(vehicle)]
         if unknown and not self.transfers.progress:
-            parts.append(f"not all known of {len(unknown)}: R reads them")
+            parts.append("R reads the rest")
         if self.feed.station_lost:
             parts.append("STATION SILENT")
         return "   ".join(parts)
@@ -171,8 +182,11 @@ class ParametersScreen(ListScreen):
         known = [vehicle for vehicle in self.compared() if self.transfers.parameters.of(vehicle)]
         if not known:
             return "no parameter is known: R reads them from the vehicles (some seconds each, more on a slow link)"
-        only_view = self._view and not self.typed.words
-        return f"none is {VIEWS[self._view]}" if only_view else "nothing fits: Esc ends the search"
+        if self._view and self.typed.words:
+            return f"none that is {VIEWS[self._view]} fits: Esc ends the search, Tab the view"
+        if self._view:
+            return f"no parameter is {VIEWS[self._view]}: Tab shows others"
+        return "nothing fits: Esc ends the search"
 
     def _outcome(self) -> list[Run]:
         lines = [

@@ -21,6 +21,8 @@ ASK_S = 0.25
 class LivePlotsScreen(PlotScreen):
     """Panes of live values."""
 
+    DIGITS_SELECT = True
+
     def __init__(
         self, feed: Feed, recorder: ValueRecorder, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE
     ) -> None:

@@ -9,19 +9,15 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
-from tui_gcs.actions.places import PlaceReferences, PlaceTextError, destinations
 from tui_gcs.actions.traffic_actions import TRAFFIC_ACTIONS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.geometry.zones import bounds
 from tui_gcs.core.protocol.common import AddPoints, CancelPoints
-from tui_gcs.core.protocol.points import MAX_POINT_NAME, NewPoint
 from tui_gcs.core.protocol.setup import HearTraffic
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import StationBack, StationLost
 from tui_gcs.feed.traffic.contact_watch import ContactWatch
-from tui_gcs.screens.common.map_screen import present_round
+from tui_gcs.screens.common.point_prompt import PointPrompt
 from tui_gcs.screens.common.polled_screen import PolledScreen
 from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.common.sure_dialog import SureDialog
@@ -31,10 +27,8 @@ from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.top_lines import TopLines
-from tui_gcs.widgets.forms.prompt_bar import PromptBar
 from tui_gcs.widgets.traffic.traffic_lists import ContactList, PointList, TrafficPanel
 
-PROMPT = "task: place; name; priority; seconds ="
 Request = AddPoints | CancelPoints | HearTraffic
 
 
@@ -62,14 +56,13 @@ class TrafficScreen(PolledScreen):
         super().__init__(feed)
         self._clock = clock
         self._glyphs = glyphs
-        self._cursor = cursor
         self.watch_contacts = ContactWatch(feed, self.show_all)
         self.edits = ScreenEdits(self, feed, clock, glyphs, self.show_all)
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.contact_list = ContactList(glyphs=glyphs)
         self.point_list = PointList(glyphs=glyphs)
         self.panel = TrafficPanel(glyphs=glyphs)
-        self.point_bar = PromptBar("point")
+        self.point_bar = PointPrompt(feed, cursor)
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the lists, the panel, the question and the footer."""
@@ -151,47 +144,22 @@ class TrafficScreen(PolledScreen):
         if self.feed.selection.ids:
             self._begin(HearTraffic(self.feed.selection.ids))
         else:
-            self.edits.say("no vehicle is selected: s selects those with a receiver", Ink.CAUTION)
+            self.edits.say("no vehicle is selected: a number or s selects those with a receiver", Ink.CAUTION)
 
     def action_add_point(self) -> None:
         """Ask where planners are to send a vehicle."""
         if self._may_command():
-            self.point_bar.ask(PROMPT, "cursor" if self._cursor() is not None else "")
+            self.point_bar.ask_point()
 
-    @on(PromptBar.Answered, "#point")
-    def _add_point(self, message: PromptBar.Answered) -> None:
-        self.set_focus(None)
-        if message.text is None or not message.text.strip():
-            return
-        try:
-            self._begin(AddPoints((self.typed_point(message.text),)))
-        except ValueError as error:
-            self.edits.say(str(error), Ink.CAUTION)
+    @on(PointPrompt.Typed)
+    def _add_point(self, message: PointPrompt.Typed) -> None:
+        message.stop()
+        self._begin(AddPoints((message.point,)))
 
-    def typed_point(self, text: str) -> NewPoint:
-        """Return the point that was typed: `PLACE; NAME; PRIORITY; SECONDS`. Raises ValueError with one line."""
-        place, name, priority, seconds = ([part.strip() for part in text.split(";")] + ["", "", ""])[:4]
-        if not place:
-            raise PlaceTextError("a task needs a place: cursor, 450 200, v3 +10 0, zone NAME, 52.0720N 0.6280W")
-        if place[0] in "+-" or place.casefold().startswith("home"):
-            raise PlaceTextError("a place of its own, not one relative to each vehicle: v3 +10 0 is beside vehicle 3")
-        east_m, north_m, _ = destinations(place, (0,), self._references()).points_m[0]
-        return NewPoint(
-            clean(name, MAX_POINT_NAME),
-            (east_m, north_m),
-            _positive(priority, "priority") if priority else 1.0,
-            _positive(seconds, "seconds") if seconds else math.inf,
-        )
-
-    def _references(self) -> PlaceReferences:
-        frame, scenario, present = self.feed.frame, self.feed.scenario, present_round(self.feed)
-        zones = {}
-        for zone in present.zones if present is not None else ():
-            x0, y0, x1, y1 = bounds(zone.shape)
-            zones[zone.name] = ((x0 + x1) / 2, (y0 + y1) / 2)
-        rows = {row.id: row for row in frame.rows()} if frame is not None else {}
-        local = LocalFrame(scenario.scenario.origin) if scenario is not None else None
-        return PlaceReferences(rows, zones, local, self._cursor())
+    @on(PointPrompt.Remark)
+    def _refuse_point(self, message: PointPrompt.Remark) -> None:
+        message.stop()
+        self.edits.say(message.text, Ink.CAUTION)
 
     def action_end_point(self) -> None:
         """Ask whether the chosen task is to be cancelled."""
@@ -212,13 +180,3 @@ class TrafficScreen(PolledScreen):
         title = f"cancel task {clean(point.name)}"
         reasons = ["a vehicle that is on its way there goes on with its planner's other work"]
         self.app.push_screen(SureDialog(title, reasons, "cancel it", self._glyphs, self._clock), answered)
-
-
-def _positive(text: str, what: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise PlaceTextError(f"{clean(text, 20)!r} is no {what}: a number above 0")
-    return value

@@ -22,6 +22,7 @@ class PromptBar(Horizontal):
     PromptBar { height: 1; display: none; background: $surface; }
     PromptBar.-open { display: block; }
     PromptBar > Static { width: auto; padding: 0 1; text-style: bold; }
+    PromptBar > #hint { color: $text-muted; text-style: none; }
     """
     BINDINGS = [Binding("escape", "cancel", "cancel", show=False, priority=True)]
 
@@ -40,7 +41,7 @@ class PromptBar(Horizontal):
     def __init__(self, id: str | None = None) -> None:  # noqa: A002
         self._field = PromptField("path")
         self._label = Static("", markup=False)
-        super().__init__(self._label, self._field, id=id)
+        super().__init__(self._label, self._field, Static("Enter takes, Esc leaves", id="hint"), id=id)
 
     @property
     def is_open(self) -> bool:
