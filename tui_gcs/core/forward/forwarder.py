@@ -20,7 +20,14 @@ from tui_gcs.core.forward.foreign_missions import ForeignMission
 from tui_gcs.core.forward.mission_relay import VEHICLE_FRAMES, MissionRelay, MissionUpload
 from tui_gcs.core.forward.ports import MAX_FRAMES_PER_S, MAX_PARTNERS, Port
 from tui_gcs.core.forward.refusal_answers import refusal_answer, status_texts
-from tui_gcs.core.forward.request_checks import MISSION_DENIED, MISSION_INVALID_SEQUENCE, ForeignRequest, Ruling
+from tui_gcs.core.forward.request_checks import (
+    MISSION_DENIED,
+    MISSION_INVALID_SEQUENCE,
+    ForeignRequest,
+    ParameterCheck,
+    Ruling,
+    no_parameter_problem,
+)
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.permission import Order, OrderClass
 from tui_gcs.core.links import Link, LinkError
@@ -105,6 +112,8 @@ class Forwarder:
         self._relay = MissionRelay(clock, self._pass_upload, self._end_upload)
         self.on_passed: list[Callable[[Vehicle, Ruling, str], None]] = []
         """Called with the vehicle that got something, the ruling by which it passed, and its sender."""
+        self.parameter_problem: ParameterCheck = no_parameter_problem
+        """Set by the station to the check of its own parameter service."""
         self._texts = 0
         """Number of the last STATUSTEXT in a vehicle's name, which joins its chunks."""
         self.forwarded = 0
@@ -234,7 +243,9 @@ class Forwarder:
         """Have a request to a vehicle checked; if it may pass, hand it on."""
         fleet, plan, now = self._fleet, self._plans[vehicle.id], self._clock.now()
         others, upload = fleet.vehicles.values(), self._relay.collected(vehicle, message)
-        request = ForeignRequest(message, vehicle, self._guard, fleet.frame, others, now, plan, upload)
+        request = ForeignRequest(
+            message, vehicle, self._guard, fleet.frame, others, now, plan, upload, self.parameter_problem
+        )
         ruling = self._ruling(foreign.port, request)
         if ruling is None:
             why = f"more than {MAX_FRAMES_PER_S:.0f} frames a second"

@@ -1,4 +1,7 @@
-"""Which parameters other stations may set: none of an armed vehicle, and none that this station relies on.
+"""Which parameters other stations may set.
+
+None of an armed vehicle, none that this station relies on, and none to a value outside of the range that the vehicle
+describes.
 
 Names as in ArduPilot 4.6/4.7 and PX4 1.17, by their beginnings.
 """
@@ -29,4 +32,8 @@ def parameter(request: ForeignRequest) -> Ruling:
         raise ForeignRefusal(f"parameter {name}: it is armed, and this station relies on its parameters in flight")
     if name.startswith(PROTECTED):
         raise ForeignRefusal(f"parameter {name}: this station relies on it")
+    fields = request.fields
+    why = request.parameter_problem(request.vehicle, fields["param_id"], fields["param_type"], fields["param_value"])
+    if why:
+        raise ForeignRefusal(f"parameter {name}: {why}")
     return Ruling(f"parameter {name}")

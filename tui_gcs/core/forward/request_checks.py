@@ -5,7 +5,7 @@ MAV_FRAME of common.xml. How autopilots read heights: ArduCopter 4.7 and PX4 1.1
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -38,6 +38,15 @@ MISSION_DENIED, MISSION_CANCELLED = 14, 15
 """MAV_MISSION_RESULT."""
 QUIET = frozenset({"log read", "message rates", "mission read", "mission upload item", "parameter read", "request"})
 """What is passed on without an event; the uplink journals it."""
+
+
+ParameterCheck = Callable[[Vehicle, str, int, float], str]
+"""Returns why a parameter of a vehicle may not have the value of a PARAM_SET, by its id, type and value; or ""."""
+
+
+def no_parameter_problem(vehicle: Vehicle, name: str, kind: int, value: float) -> str:
+    """Know of no range of any parameter."""
+    return ""
 
 
 class ForeignRefusal(Exception):
@@ -91,6 +100,7 @@ class ForeignRequest:
     """The mission that other stations have put on the vehicle."""
     upload: ForeignMission | None = None
     """The upload of this sender to the vehicle as far as it was collected, None while there is none."""
+    parameter_problem: ParameterCheck = no_parameter_problem
 
     @property
     def name(self) -> str:

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,31 @@ def test_a_former_gain_beyond_its_range_comes_back_at_once(tmp_path: Path) -> No
     info, _ = ended(rig, setup.UndoGains((1,)))
     assert info.state == "done" and server.params["MC_ROLLRATE_P"][1] == pytest.approx(0.25)
     assert files.ops()
+
+
+def test_another_station_is_held_to_the_same_ranges(tmp_path: Path) -> None:
+    """Its first PARAM_SET is refused while the ranges are read; then they count for it as for this station."""
+    rig, _, _ = make(tmp_path)
+    forwarder, vehicle = rig.station.parts.comms.forwarder, rig.vehicle()
+
+    def problem(name: str, value: float, kind: int = REAL32) -> str:
+        return forwarder.parameter_problem(vehicle, name, kind, value)
+
+    assert "the ranges of its parameters are read first" in problem("MC_ROLLRATE_P", 0.15)
+    rig.until(lambda: not problem("MC_ROLLRATE_P", 0.15), 30.0)
+    assert problem("MC_ROLLRATE_P", 999.0) == "must be within 0.01 to 0.2"
+    assert problem("SYS_AUTOCONFIG", struct.unpack("<f", struct.pack("<i", 1))[0], INT32) == ""
+    assert problem("SYS_AUTOCONFIG", struct.unpack("<f", struct.pack("<i", 7))[0], INT32) == "must be within 0 to 1"
+    assert problem("NOT_DESCRIBED", 5.0) == ""
+    assert problem("MC_ROLL_P", 5.0, 77) == "type 77 is not known"
+
+
+def test_a_vehicle_that_describes_nothing_takes_what_another_station_sets(tmp_path: Path) -> None:
+    peer = Peer(1)
+    ParamServer(peer, {"ATC_RAT_RLL_P": (REAL32, 0.1)})
+    rig = ServiceRig(tmp_path, peer).heard()
+    check = rig.station.parts.comms.forwarder.parameter_problem
+    assert check(rig.vehicle(), "ATC_RAT_RLL_P", REAL32, 99.0) == ""
 
 
 def test_an_airframe_keeps_to_its_range_and_nothing_else_is_set(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ A reading or setting calls `on_done` once, when it is over. Every change of a pa
 checks the value against the range that the vehicle reports; where there is none, `setting.unchecked` is the reason.
 """
 
+import struct
 from collections import Counter
 from collections.abc import Callable, Iterable
 
@@ -59,6 +60,8 @@ class ParamService:
         self._infos: dict[int, dict[str, ParamMetadata]] = {}
         self._no_infos: dict[int, str] = {}
         """Why a vehicle's ranges could not be fetched, by vehicle."""
+        self._unchecked: set[int] = set()
+        """Vehicles of which other stations' values are not checked: their ranges could not be read."""
         self._info_jobs: dict[int, MetadataJob] = {}
         self._info_waits: dict[int, list[Callable[[str], None]]] = {}
         """What is to be called once the ranges of a vehicle are known, by vehicle."""
@@ -103,6 +106,27 @@ class ParamService:
         if not job.over:
             self._info_jobs[vehicle] = job
         return job
+
+    def foreign_problem(self, vehicle: Vehicle, name: str, kind: int, value: float) -> str:
+        """Return why the PARAM_SET of another station is not to be passed on to a vehicle; "" if it may.
+
+        The first one has the ranges fetched, and is refused until they are known: that station asks again.
+        """
+
+        def on_known(why: str) -> None:
+            if why:
+                self._unchecked.add(vehicle.id)
+
+        known = param_type(kind)
+        if known is None:
+            return f"type {kind} is not known"
+        if vehicle.id not in self._infos and vehicle.id not in self._unchecked:
+            self.with_info(vehicle.id, on_known)
+            if vehicle.id not in self._infos and vehicle.id not in self._unchecked:
+                return self.waits_for(vehicle.id) or "the ranges of its parameters are read first"
+        info = self.info(vehicle.id).get(name)
+        number = read_value(known, struct.pack("<f", value), self.channel.encoding(vehicle))
+        return info.why_not(number) if info is not None else ""
 
     def waits_for(self, vehicle: int) -> str:
         """What the settings of a vehicle wait for; "" if nothing."""
@@ -267,6 +291,7 @@ class ParamService:
         self.channel.table(vehicle.id).forget()
         self._infos.pop(vehicle.id, None)
         self._no_infos.pop(vehicle.id, None)
+        self._unchecked.discard(vehicle.id)
         for (number, _), setting in self._settings.items():
             if number == vehicle.id and not setting.over:
                 setting.end(f"it rebooted: {NOT_KNOWN}" if setting.sent else "it rebooted")
