@@ -29,7 +29,7 @@ from tests.bench.planning.losses import planning_losses
 from tests.bench.planning.planning import planning, planning_long
 from tests.bench.planning.runs import planning_runs
 from tests.bench.planning.turns import planning_turns
-from tests.bench.promises import promises
+from tests.bench.promises.counted import promises
 from tests.bench.restart import restart
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tests.bench.big_files import big_files
 from tests.bench.latency import percentile
+from tests.bench.promises.big_files import big_files
+from tests.bench.promises.system_calls import system_calls
 from tests.bench.row import Row
-from tests.bench.system_calls import system_calls
 from tests.core.rates.test_rates_on_radio import HEARTBEAT, Ground
 from tests.core.rigs.plan_peers import ArduPilotPeer, PlanPeer, Px4Peer, mission
 from tests.core.rigs.rig import Rig, scenario, toml
