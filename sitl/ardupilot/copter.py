@@ -9,6 +9,7 @@ from sitl.ardupilot.calibration import CopterCalibration
 from sitl.ardupilot.commands import CUSTOM_MODE_ENABLED, CopterCommands
 from sitl.ardupilot.failsafes import CopterFailsafes
 from sitl.ardupilot.ftp import ArduPilotFtpServer
+from sitl.ardupilot.log_writer import LogWriter
 from sitl.ardupilot.mission_protocol import ArduPilotMissions
 from sitl.ardupilot.mode_controller import ModeController
 from sitl.ardupilot.modes import STABILIZE
@@ -94,6 +95,7 @@ class ArduCopter(Autopilot):
         self._prearm_text_us = platform.clock.now_us + PREARM_TEXT_US
         self._timesync_us = platform.clock.now_us + TIMESYNC_US
         self.telemetry = telemetry = CopterTelemetry(platform, parts, self.arming)
+        self._log_writer = LogWriter(platform, battery, telemetry)
         self.execute = CopterCommands(platform, parts, self.modes, self.arming, telemetry, self._reboot).execute
         self.handlers = self._new_handlers()
 
@@ -169,6 +171,7 @@ class ArduCopter(Autopilot):
                 self.arming.report_problems()
         self.failsafes.watch()
         self._parts.remote_id.watch()
+        self._log_writer.watch()
 
     def obeys(self, frame: ReceivedFrame) -> bool:
         """Return whether the sender counts; with bit 0 of MAV_OPTIONS the own station alone does (`accept_packet`)."""

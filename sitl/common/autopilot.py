@@ -75,7 +75,7 @@ class Autopilot(ABC):
         self.dead = False
         """The autopilot has failed: it neither hears nor sends nor controls anything."""
         self._timing = timing
-        clock, body, logs = VehicleClock(), Body(masses, index), Logs(spec.autopilot)
+        clock, body, logs = VehicleClock(), Body(masses, index), Logs(spec)
         signer = Signer(spec.signing, px4=spec.autopilot == "px4" or spec.signing.px4)
         streams = Streams({})
         self.platform = Platform(

@@ -1,18 +1,24 @@
-"""Flight logs of a vehicle: when a log exists and how it grows.
+"""Flight logs of a vehicle: when a log exists, how it grows, and what is in it.
 
-The bytes are pseudo-random, the same for the same log number.
+A log grows at the rate that was measured. Of its bytes those of `record` have a meaning; between them stands filler.
 """
 
 import random
-from dataclasses import dataclass
+from bisect import bisect_right
+from dataclasses import dataclass, field
 from functools import cache
 
-_PIECE_BYTES = 1 << 16
+from sitl.common.dataflash import FILLER_BYTES, FORMATS, filler
+from sitl.common.vehicle_spec import VehicleSpec
+
+_RANDOM_BYTES = 1 << 16
+_ULOG_HEAD = b"ULog\x01\x12\x35\x01"
+ARDUPILOT_BYTES_S, PX4_BYTES_S = 70_000.0, 229_000.0
 
 
 @cache
-def _piece(seed: int) -> bytes:
-    return random.Random(seed).randbytes(_PIECE_BYTES)
+def _random(seed: int) -> bytes:
+    return random.Random(seed).randbytes(_RANDOM_BYTES)
 
 
 @dataclass
@@ -24,12 +30,21 @@ class Log:
     rate_bytes_s: float
     head: bytes
     """First bytes of the file."""
+    filler: bytes
+    """What stands between records, again and again."""
+    unit: int = 1
+    """A record begins after a multiple of so many bytes of filler: the length of one message of it."""
     size: int = 0
     """Bytes written before `growing_since_us`."""
     growing_since_us: int | None = None
     flushed_us: int | None = None
     """When the buffered bytes are in the file, too."""
     buffered: int = 0
+    _starts: list[int] = field(default_factory=lambda: [0])
+    _records: list[bytes] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._records.append(self.head)
 
     def size_at(self, now_us: int) -> int:
         """Return the number of bytes in the file."""
@@ -40,22 +55,40 @@ class Log:
             size += self.buffered
         return size
 
+    def record(self, messages: bytes, now_us: int) -> None:
+        """Write messages at the end of the file, as of now; they are whole where the file grows on."""
+        end = self._starts[-1] + len(self._records[-1])
+        units = -(-max(0, self.size_at(now_us) - end) // self.unit)
+        self._starts.append(end + units * self.unit)
+        self._records.append(messages)
+
     def read(self, offset: int, count: int, now_us: int) -> bytes:
         """Return up to `count` bytes, fewer at the end of the file."""
-        count = max(min(count, self.size_at(now_us) - offset), 0)
-        if offset < len(self.head):
-            start = self.head[offset : offset + count]
-            return start + self.read(offset + len(start), count - len(start), now_us) if start else b""
-        piece = _piece(self.number)
-        at = offset % _PIECE_BYTES
-        return (piece[at:] + piece * (1 + count // _PIECE_BYTES))[:count]
+        end = min(offset + count, self.size_at(now_us))
+        at, out = bisect_right(self._starts, offset) - 1, bytearray()
+        while offset < end:
+            start, record = self._starts[at], self._records[at]
+            following = self._starts[at + 1] if at + 1 < len(self._starts) else end
+            inside = offset - start
+            if inside < len(record):
+                piece = record[inside : inside + end - offset]
+            else:
+                piece = self._filler(inside - len(record), min(end, following) - offset)
+            out += piece
+            offset += len(piece)
+            at += offset >= following
+        return bytes(out)
+
+    def _filler(self, offset: int, count: int) -> bytes:
+        offset %= len(self.filler)
+        return (self.filler[offset:] + self.filler * (1 + count // len(self.filler)))[:count]
 
 
 class Logs:
     """The logs of one vehicle. They grow while the motors are on, and outlive a reboot."""
 
-    def __init__(self, autopilot: str) -> None:
-        self.px4 = autopilot == "px4"
+    def __init__(self, spec: VehicleSpec) -> None:
+        self.px4 = spec.autopilot == "px4"
         self.files: list[Log] = []
         self.downloading = False
         """ArduPilot: a log is being downloaded, and arming is refused meanwhile."""
@@ -63,6 +96,7 @@ class Logs:
         """PX4: the logs were listed; without that it sends no data."""
         self.warned = False
         """ArduPilot: the refusal to download while armed was reported."""
+        self._epoch_s = spec.unix_epoch_us // 1_000_000
 
     def power_on(self, now_us: int) -> None:
         """Begin a log as PX4 does: it logs from the boot until it is disarmed."""
@@ -83,11 +117,21 @@ class Logs:
             last.size = last.size_at(now_us)
             last.buffered, last.growing_since_us = 0, now_us
 
+    def written_at(self, now_us: int) -> Log | None:
+        """Return the log that takes records now: that of the flight, and a moment longer what was buffered."""
+        log = self.files[-1] if self.files else None
+        if log is None or log.growing_since_us is not None:
+            return log
+        return log if log.flushed_us is not None and now_us < log.flushed_us else None
+
     def _start(self, now_us: int) -> None:
-        rate_bytes_s, head = (229_000.0, b"ULog\x01\x12\x35\x01") if self.px4 else (70_000.0, b"\xa3\x95\x80\x80\x59")
-        number = len(self.files) + 1
-        utc_s = 1_700_000_000 + now_us // 1_000_000
-        self.files.append(Log(number, utc_s, rate_bytes_s, head, growing_since_us=now_us))
+        number, utc_s = len(self.files) + 1, self._epoch_s + now_us // 1_000_000
+        if self.px4:
+            log = Log(number, utc_s, PX4_BYTES_S, _ULOG_HEAD, _random(number))
+        else:
+            log = Log(number, utc_s, ARDUPILOT_BYTES_S, FORMATS, filler(number), FILLER_BYTES)
+        log.growing_since_us = now_us
+        self.files.append(log)
 
     def _stop(self, now_us: int) -> None:
         for log in self.files:

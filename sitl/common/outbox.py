@@ -1,5 +1,6 @@
 """Time and output of one vehicle: a clock in simulated microseconds, and the frames that are ready to be sent."""
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from sitl.common.command import Command
@@ -62,6 +63,8 @@ class Outbox:
     def __init__(self, system_id: int, signer: Signer, clock: VehicleClock) -> None:
         self.signer = signer
         self.datagrams: list[bytes] = []
+        self.on_text: Callable[[str], None] | None = None
+        """Receives every text that is sent, for the vehicle's log."""
         self.silent = False
         """The link is dead: frames are counted and signed, and nothing leaves."""
         self._encoder = Encoder(system_id)
@@ -115,6 +118,8 @@ class Outbox:
 
     def text(self, severity: MavSeverity, text: str) -> None:
         """Queue a STATUSTEXT; a long text goes in chunks of one id."""
+        if self.on_text is not None:
+            self.on_text(text)
         raw = text.encode("ascii")
         if len(raw) <= CHUNK_BYTES:
             self.send("STATUSTEXT", severity=int(severity), text=raw)

@@ -15,8 +15,6 @@ from sitl.physics.point_masses import Point
 from sitl.physics.quantities import GRAVITY_M_S2
 
 HOVER_THROTTLE_PERCENT = 36
-UNIX_EPOCH_US = 1_700_000_000_000_000
-"""Simulated GPS time at the start of a run."""
 
 
 class Telemetry:
@@ -88,6 +86,10 @@ class Telemetry:
         """Return the heading of the nose in centidegrees."""
         return round(math.degrees(self.body.yaw_rad) * 100) % 36000
 
+    def ground_speed(self, east_m_s: float, north_m_s: float) -> tuple[float, float]:
+        """Return speed over ground in m/s, and course in degrees."""
+        return math.hypot(east_m_s, north_m_s), math.degrees(math.atan2(east_m_s, north_m_s)) % 360.0
+
     def attitude(self) -> Fields:
         """Return ATTITUDE: the vehicle leans as it accelerates."""
         east, north, _ = self.body.accel_m_s2()
@@ -125,7 +127,7 @@ class Telemetry:
 
     def _system_time(self) -> Fields:
         # Before its GPS has a fix an autopilot does not know the date, and reports 0.
-        unix_us = UNIX_EPOCH_US + self.clock.now_us if self.state.stage >= Stage.GPS_FIX else 0
+        unix_us = self.spec.unix_epoch_us + self.clock.now_us if self.state.stage >= Stage.GPS_FIX else 0
         return {"time_unix_usec": unix_us, "time_boot_ms": self.clock.boot_ms}
 
     def _global_position_int(self) -> Fields:

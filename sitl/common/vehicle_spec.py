@@ -19,5 +19,7 @@ class VehicleSpec:
     heading_deg: float = 0.0
     signing: SigningSpec = field(default_factory=SigningSpec)
     autopilot: AutopilotName = "ardupilot"
+    unix_epoch_us: int = 1_700_000_000_000_000
+    """GPS time at the start of the run, microseconds since 1970."""
     sitl_rates: bool = False
     """PX4: send at the rates of its SITL start script (368 frames/s) instead of those of a telemetry radio."""

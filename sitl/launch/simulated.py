@@ -88,6 +88,7 @@ def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
             px4=bool(entry.get("px4_signing", False)),
         ),
         autopilot=entry.get("autopilot", "ardupilot"),
+        unix_epoch_us=time.time_ns() // 1000,
         sitl_rates=bool(entry.get("sitl_rates", False)),
     )
 

@@ -3,7 +3,6 @@
 from datetime import UTC, datetime
 
 from sitl.common.platform import Part, Platform
-from sitl.common.telemetry import UNIX_EPOCH_US
 from sitl.px4.announcer import Announcer
 
 CLOSES_US = 4_000_000
@@ -27,7 +26,7 @@ class SdLog(Part):
         """Keep the log open, or open a new one and report it."""
         if not self.is_open:
             # The name of a log is the time at which it was opened.
-            when = datetime.fromtimestamp((UNIX_EPOCH_US + self._clock.now_us) / 1e6, tz=UTC)
+            when = datetime.fromtimestamp((self._spec.unix_epoch_us + self._clock.now_us) / 1e6, tz=UTC)
             numbers = when.timetuple()[:6]
             self._announcer.announce(f"[logger] ./log/{when:%Y-%m-%d/%H_%M_%S}.ulg", "logger_open_file_time", *numbers)
         self._closes_us = None
