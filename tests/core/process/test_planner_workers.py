@@ -121,7 +121,7 @@ from pathlib import Path
 from tui_gcs.core.base.descendants import adopt_orphans
 from tui_gcs.core.process import planner_workers
 planner_workers.command_of = lambda *_: [sys.executable, sys.argv[1]]
-workers = planner_workers.PlannerWorkers(Path("bus"), Path("log"), adopts=adopt_orphans())
+workers = planner_workers.PlannerWorkers(Path("bus"), Path("log"), adopts={adopts})
 workers.keep(["red"], 0.0)
 while not Path("escaped").exists() or not Path("escaped").read_text().endswith("\\n"):
     time.sleep(0.02)
@@ -144,7 +144,23 @@ def test_what_a_planner_started_in_another_session_ends_with_it(
 ) -> None:
     module, station, escaped = tmp_path / "planner.py", tmp_path / "station.py", tmp_path / "escaped"
     module.write_text(ESCAPES.format(file=str(escaped), middle=middle, lives=lives))
-    station.write_text(STATION.format(then=then, teams="['red'] if now < 101 else []" if teams else "[]"))
+    teams_text = "['red'] if now < 101 else []" if teams else "[]"
+    station.write_text(STATION.format(adopts="adopt_orphans()", then=then, teams=teams_text))
+    ends_with_station(station, module, escaped)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux shows whose child a process is")
+def test_without_orphans_what_a_planner_started_in_another_session_still_ends_with_it(tmp_path: Path) -> None:
+    """Where the kernel gives orphans to nobody, the descendants of a living planner are killed before it is."""
+    module, station, escaped = tmp_path / "planner.py", tmp_path / "station.py", tmp_path / "escaped"
+    module.write_text(ESCAPES.format(file=str(escaped), middle="time.sleep(100)", lives=100))
+    station.write_text(STATION.format(adopts="False", then="workers.end_stuck(['red'])", teams="[]"))
+    ends_with_station(station, module, escaped)
+
+
+def ends_with_station(station: Path, module: Path, escaped: Path) -> None:
+    """Run the station until it has ended what its planner started."""
+    tmp_path = station.parent
     run = subprocess.Popen([sys.executable, str(station), str(module)], cwd=tmp_path)
     try:
         wait_for(lambda: escaped.exists() and escaped.read_text().endswith("\n"))
