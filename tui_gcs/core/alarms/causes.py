@@ -33,6 +33,7 @@ EVENT_CAUSES = ("alert", "report")
 _OF_LOST = (
     *("stale", "left", "holds", "stays", "battery-critical", "battery-low", "battery-unknown", "position"),
     *("poor-position", "height", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", "beside"),
+    *("unreached", "up-way"),
     *EVENT_CAUSES,
 )
 """Causes that cannot be known of a LOST vehicle, or that follow from its loss."""
@@ -64,6 +65,7 @@ CAUSES = (
         off_s=2.0,
         hides=_OF_LOST,
     ),
+    Cause("unreached", WARNING, "UP", "ORDERS DO NOT ARRIVE", "mend its link's transmitter, or take it over by radio"),
     Cause("separation", WARNING, "SEP", "TOO CLOSE", "[hold_all] hold all", hides=("vetoed", "closing")),
     Cause(
         "closing", WARNING, "CPA", "COURSES MEET", "hold one: its number, [orders] h; or [hold_all] hold all", on_s=0.5
@@ -260,6 +262,7 @@ CAUSES = (
     ),
     Cause("silence", CAUTION, "LNK", "NOBODY is heard", "look at links and radios: nothing can be sent", on_s=2.0),
     Cause("link", CAUTION, "LNK", "link failed", "mend the link"),
+    Cause("up-way", CAUTION, "UP", "LINK ONLY HEARS", "nothing sent over it arrives: mend its transmitter"),
     Cause("recording", CAUTION, "REC", "NOT RECORDING", "make room on the disk"),
     Cause("supervisor", CAUTION, "SUP", "NOT SUPERVISED", "not started again if it dies: land, then start it anew"),
     Cause("poor-link", CAUTION, "RF", "link poor", "turn antennas, keep near", on_s=5.0, off_s=10.0),

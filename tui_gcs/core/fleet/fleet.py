@@ -523,6 +523,13 @@ def _pass_copies(gate: Gate, path: Path, duplicates: DuplicateFilter) -> Gate:
     return lambda raw: duplicates.is_copy(raw, path) or gate(raw)
 
 
+def frame_counts(path: Path) -> tuple[int, int]:
+    """Return how many of the autopilot's frames were received over a path, and how many were lost."""
+    streams = {slot.stream for slot in path.slots.values()}
+    frames = sum(slot.count for slot in path.slots.values()) + sum(stream.frames for stream in streams)
+    return frames, sum(stream.lost for stream in streams)
+
+
 def loss_pct(path: Path) -> float:
     """Return the share of the autopilot's frames that were lost on a path, 0…100."""
     for stream in path.streams:
@@ -530,9 +537,7 @@ def loss_pct(path: Path) -> float:
             break
     else:
         return 0.0
-    streams = {slot.stream for slot in path.slots.values()}
-    frames = sum(slot.count for slot in path.slots.values()) + sum(stream.frames for stream in streams)
-    lost = sum(stream.lost for stream in streams)
+    frames, lost = frame_counts(path)
     return 100.0 * lost / (frames + lost) if frames + lost else 0.0
 
 

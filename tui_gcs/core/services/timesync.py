@@ -1,4 +1,7 @@
-"""TIMESYNC and PING are answered, and each vehicle's clock and round trip are measured (docs/autopilots.md C6)."""
+"""TIMESYNC and PING are answered, and each vehicle's clock and round trip are measured (docs/autopilots.md C6).
+
+The same requests show over which paths a vehicle is heard and not reached (`up_ways`).
+"""
 
 import math
 from collections import Counter, deque
@@ -6,21 +9,25 @@ from dataclasses import dataclass, field
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fields, VehicleRegistry
+from tui_gcs.core.fleet.identity.path import Path
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
+from tui_gcs.core.services.up_ways import HEARD_S, UpWay
 from tui_gcs.core.uplink.ack_matching import RoundTrips
 from tui_gcs.core.uplink.uplink import Uplink
 
 MAX_PER_S = 50
 """The most answers a second to one vehicle: ArduPilot asks every 10 s, PX4 at 10 Hz at most. More is a flood."""
-ASK_GAP_S = 10.0
-"""How often each vehicle is asked for its time."""
-FIRST_GAP_S = 2.5
-"""How soon a vehicle that never answered is asked again, twice as long each time. The matching of ACKs needs the round
-trip."""
+ASK_GAP_S = 5.0
+"""How often each vehicle is asked for its time, over one of its paths: 28 bytes, 41 with a signature."""
+FIRST_GAP_S, MAX_GAP_S = 2.5, 10.0
+"""How soon a vehicle that never answered is asked again, twice as long each time: the matching of ACKs needs the round
+trip. At most `MAX_GAP_S`, or `ASK_GAP_S` if it must answer."""
+ALWAYS_ANSWER = frozenset({3, 12})
+"""MAV_AUTOPILOT of ArduPilot and PX4: both answer TIMESYNC at any time (docs/autopilots.md C6)."""
 LOOK_PERIOD_S, MAX_AT_ONCE = 0.25, 10
 """How often due vehicles are looked for, and how many are asked then: the requests of a fleet are spread."""
-MAX_MEASUREMENTS = 6
+MAX_MEASUREMENTS = 12
 """How many measurements of one vehicle are kept: a minute."""
 SILENT_S = 2.0
 """A vehicle that was not received for this long is not asked."""
@@ -85,12 +92,18 @@ class LinkTiming:
 
 @dataclass
 class _ClockRecord:
-    asked: dict[int, float] = field(default_factory=dict)
-    """Station time of the requests under way, by their ts1."""
+    ways: dict[Path, UpWay] = field(default_factory=dict)
+    """The paths that were asked."""
     next_s: float = -math.inf
     gap_s: float = FIRST_GAP_S
+    answered: bool = False
     heard: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=MAX_MEASUREMENTS))
-    """(station time, round trip) of the newest answers."""
+    """(station time, round trip) of the newest answers over the path in use."""
+
+    def next_way(self, paths: list[Path]) -> UpWay:
+        """The path of `paths` that is asked next: one that is in doubt, or else the one asked longest ago."""
+        ways = [self.ways.setdefault(path, UpWay(path)) for path in paths]
+        return min(ways, key=lambda way: (way.dead or not way.missed, way.asked_s))
 
 
 class LinkTimingService:
@@ -126,6 +139,14 @@ class LinkTimingService:
         times_s = sorted(rtt_s for _, rtt_s in record.heard)
         return times_s[0], times_s[-2] if len(times_s) > 2 else times_s[-1]
 
+    def dead_up_ways(self, vehicle: Vehicle) -> list[Path]:
+        """The paths over which the vehicle is heard now and nothing that is sent arrives."""
+        record, now = self._records.get(vehicle.id), self._context.clock.now()
+        if record is None or vehicle.why_not_commanded or not _answers(vehicle, record):
+            return []
+        paths = [path for path in vehicle.used_paths() if now - path.last_heard_s <= HEARD_S]
+        return [path for path in paths if path in record.ways and record.ways[path].dead]
+
     def tick(self) -> None:
         """Request the time of the vehicles that are due."""
         now = self._context.clock.now()
@@ -135,25 +156,28 @@ class LinkTimingService:
         count = 0
         for vehicle in self._context.fleet.vehicles.values():
             record = self._records.setdefault(vehicle.id, _ClockRecord())
-            if now < record.next_s or not self._may_ask(vehicle, now):
+            for way in record.ways.values():
+                way.settle(now)
+            if now < record.next_s or count >= MAX_AT_ONCE or not (paths := self._may_ask(vehicle, now)):
                 continue
-            record.next_s = now + (ASK_GAP_S if record.heard else record.gap_s)
-            record.gap_s = min(2 * record.gap_s, ASK_GAP_S)
-            record.asked = {ts1: asked_s for ts1, asked_s in record.asked.items() if now - asked_s < MAX_RTT_S}
-            ts1 = round(now * 1e9)
-            record.asked[ts1] = now
-            self._context.uplink.ask(vehicle.id, "TIMESYNC", tc1=0, ts1=ts1)
+            record.next_s = now + (ASK_GAP_S if record.answered else record.gap_s)
+            record.gap_s = min(2 * record.gap_s, ASK_GAP_S if _answers(vehicle, record) else MAX_GAP_S)
+            record.ways = {path: way for path, way in record.ways.items() if path in vehicle.paths}
+            way, ts1 = record.next_way(paths), round(now * 1e9)
+            way.ask(ts1, now)
+            self._context.uplink.ask_time(vehicle, way.path, ts1)
             count += 1
-            if count >= MAX_AT_ONCE:
-                return
 
-    def _may_ask(self, vehicle: Vehicle, now: float) -> bool:
-        heard = vehicle.identity.confirmed and now - vehicle.last_heard_s <= SILENT_S
-        return (
-            heard
-            and not vehicle.path.high_latency
-            and vehicle.telemetry.high_latency_s <= vehicle.telemetry.heartbeat_s
-        )
+    def _may_ask(self, vehicle: Vehicle, now: float) -> list[Path]:
+        """The paths over which the vehicle may be asked now."""
+        if not vehicle.identity.confirmed or vehicle.telemetry.high_latency_s > vehicle.telemetry.heartbeat_s:
+            return []
+        return [path for path in vehicle.used_paths() if self._is_open(path, now)]
+
+    def _is_open(self, path: Path, now: float) -> bool:
+        spec = self._context.specs.get(path.source.link)
+        quiet = path.high_latency or (spec is not None and spec.high_latency)
+        return not quiet and now - path.last_heard_s <= SILENT_S
 
     def _on_timesync(self, vehicle: Vehicle, fields: Fields) -> None:
         """Take an answer to a request of ours."""
@@ -161,14 +185,23 @@ class LinkTimingService:
         if fields["tc1"] == 0:
             return
         record = self._records.get(vehicle.id)
-        asked_s = record.asked.pop(fields["ts1"], None) if record is not None else None
-        if record is None or asked_s is None:
-            self.ignored["answer to nothing asked"] += 1
-            return
+        for way in record.ways.values() if record is not None else ():
+            if (asked_s := way.answer(fields["ts1"])) is not None and record is not None:
+                record.answered = True
+                self._take(vehicle, record, way, asked_s)
+                return
+        self.ignored["answer to nothing asked"] += 1
+
+    def _take(self, vehicle: Vehicle, record: _ClockRecord, way: UpWay, asked_s: float) -> None:
+        """Keep the round trip of an answer, if it went the way of commands."""
         now = self._context.clock.now()
-        rtt_s = now - asked_s
-        if rtt_s <= MAX_RTT_S:
-            record.heard.append((now, rtt_s))
+        if way.path is vehicle.path and now - asked_s <= MAX_RTT_S:
+            record.heard.append((now, now - asked_s))
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._records.pop(vehicle.id, None)
+
+
+def _answers(vehicle: Vehicle, record: _ClockRecord) -> bool:
+    """Whether the vehicle answers TIMESYNC if it hears it."""
+    return record.answered or vehicle.autopilot in ALWAYS_ANSWER

@@ -25,6 +25,7 @@ from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Freshness, JournalEvent, Phase, RunPhase
 from tui_gcs.core.records.event_log import WARNING
+from tui_gcs.core.services.up_ways import HEARD_S
 from tui_gcs.core.station.assembly import StationParts
 
 OUTSIDE_M, OUTSIDE_BAND_M = 2.0, 1.5
@@ -82,7 +83,7 @@ class AlarmFinder:
         for first in range(0, len(vehicles), VEHICLES_AT_ONCE):
             few = vehicles[first : first + VEHICLES_AT_ONCE]
             yield [finding for vehicle in few for finding in self._vehicle(vehicle, now)]
-        yield [*self._outside(flying), *self._close()]
+        yield [*self._outside(flying), *self._close(), *self._unreached(vehicles)]
         yield [*self._closing(now), *self._traffic(flying, now)]
         yield [*self._stops(), *self._kept(), *self._teams(), *self._held(), *self._machines()]
 
@@ -107,6 +108,16 @@ class AlarmFinder:
             yield AlarmFinding(
                 "silence", "station", "the one vehicle is LOST" if count == 1 else f"all {count} are LOST"
             )
+
+    def _unreached(self, vehicles: list[Vehicle]) -> Iterator[AlarmFinding]:
+        """Vehicles that are heard over links on which nothing that is sent to them arrives."""
+        now = self._parts.records.clock.now()
+        for vehicle in vehicles:
+            dead = self._parts.services.link_timing.dead_up_ways(vehicle)
+            heard = [path for path in vehicle.used_paths() if now - path.last_heard_s <= HEARD_S]
+            cause = "unreached" if len(dead) == len(heard) else "up-way"
+            if links := sorted({path.source.link for path in dead}):
+                yield AlarmFinding(cause, vehicle.id, f"over {', '.join(links)}")
 
     def _in_flight(self, vehicle: Vehicle) -> bool:
         flight = self._parts.flight.flights.get(vehicle.id)

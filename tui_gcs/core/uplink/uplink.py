@@ -265,6 +265,11 @@ class Uplink:
         frame = self._frame(vehicle, "COMMAND_LONG", fields)
         self._put([(path.source.link, path.source.address)], frame, Question("COMMAND_LONG"))
 
+    def ask_time(self, vehicle: Vehicle, path: Path, ts1: int) -> None:
+        """Request the vehicle's time on one path: the answer shows that our frames arrive there, and how soon."""
+        frame = self._frame(vehicle, "TIMESYNC", {"tc1": 0, "ts1": ts1})
+        self._put([(path.source.link, path.source.address)], frame, Question("TIMESYNC"))
+
     def _permission(self, vehicle: Vehicle, order: Order) -> Permission | str:
         """The permission of an order to `vehicle`, or why it must not leave."""
         lost = vehicle.freshness(self._clock.now()) is Freshness.LOST
