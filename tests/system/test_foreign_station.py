@@ -17,6 +17,8 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario.load import load
 
 SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
+FLIP = 14
+"""Mode of ArduCopter."""
 INSIDE = [(120.0, 120.0), (200.0, 120.0), (200.0, 200.0), (120.0, 200.0)]
 
 pytestmark = [pytest.mark.process, pytest.mark.long]
@@ -132,5 +134,10 @@ def test_refusals_come_from_the_vehicle(client: Client) -> None:
     before = client.wait("PARAM_VALUE", 3).param_value
     client.mav.param_set_send(3, 1, b"FENCE_ENABLE", 1.0 - before, 2)
     assert client.wait("PARAM_VALUE", 3).param_value == before
+    mode = client.wait("HEARTBEAT", 3).custom_mode
+    client.mav.set_mode_send(3, 1, FLIP)
+    ack = client.wait("COMMAND_ACK", 3)
+    assert (ack.command, ack.result) == (11, 2) and "FLIP" in client.wait("STATUSTEXT", 3).text
+    assert [client.wait("HEARTBEAT", 3).custom_mode for _ in range(3)] == [mode] * 3
     client.mav.command_long_send(5, 1, 246, 0, 1, 0, 0, 0, 0, 0, 0)
     assert client.wait("COMMAND_ACK", 5).result == 0, "a disarmed vehicle restarts, as docs/forwarding.md says"

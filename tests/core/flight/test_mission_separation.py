@@ -205,6 +205,17 @@ def test_an_upload_is_compared_with_what_others_hold(rig: MakeRig) -> None:
     assert not reply.ok and "of vehicle 1 after" in reply.results[0].text
     holds_missions(ground, {3: MEETING}, known=False)
     assert "not compared with vehicle 3" in ask(ground, CompareMission((2,), plan_rows(plan))).text
+    beside = ask(ground, CompareMission((2,), plan_rows(plan), replaced=(1, 3)))
+    assert beside.ok and beside.text == "", "what they hold is replaced at the same time"
+
+
+def test_what_a_vehicle_flies_is_compared_although_its_mission_is_replaced(rig: MakeRig) -> None:
+    flight = aloft(rig, 3)
+    starts_missions(flight, {1: MEETING}, known=True)
+    plan = flight.station.services.missions.state(1).held[PlanKind.MISSION].plan
+    assert plan is not None
+    reply = ask(flight, CompareMission((2,), plan_rows(plan), replaced=(1, 2)))
+    assert not reply.ok and "of that of vehicle 1, which is on its mission" in reply.results[0].text
 
 
 # ---------------------------------------------------------------- whoever began it

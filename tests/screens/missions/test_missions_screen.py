@@ -14,11 +14,11 @@ from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plans.model import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, PlanKind
 from tui_gcs.core.protocol.common import Resume, RunPhase
-from tui_gcs.core.protocol.services import OnBoardRow
+from tui_gcs.core.protocol.services import CompareMission, OnBoardRow
 from tui_gcs.core.requests.plan_rows import plan_rows
 from tui_gcs.feed import task_requests
 from tui_gcs.screens.missions import missions_screen as missions
-from tui_gcs.screens.missions.upload_dialog import UploadDialog
+from tui_gcs.screens.missions.upload_dialog import UploadComparison, UploadDialog
 from tui_gcs.widgets.basics.glyphs import ASCII
 from tui_gcs.widgets.missions.mission_map import drawings
 
@@ -356,6 +356,62 @@ async def test_what_speaks_against_an_upload_is_read_to_its_end() -> None:
         reported = " ".join(dialog.text().split())
         assert "reserve 25 %, endurance 1 min" in reported
         assert "what is not planned here stays on board as it is" in reported
+
+
+async def test_a_mission_that_meets_what_flies_is_sent_only_after_m() -> None:
+    def prepare(station: MissionStation) -> None:
+        station.meets[1] = "its way comes within 2 m of the tour of vehicle 5 for team attack"
+        station.not_compared = "not compared with vehicle 7: mission not read"
+
+    async with mission_console(NARROW, prepare=prepare) as c:
+        await take(c, planned(c))
+        await c.press("U")
+        assert same_as_snapshot("missions-upload-meets-80x24", c.text())
+        await c.press("y")
+        assert "ways meet: m first, if you want it all the same" in c.app.screen.text()
+        assert c.mission_station.uploads() == []
+        await c.press("m", "y")
+        assert c.mission_station.uploads() == [(1, "mission")]
+
+
+async def test_of_several_missions_none_is_sent_while_one_meets_what_flies() -> None:
+    def prepare(station: MissionStation) -> None:
+        station.meets[2] = "it would come within 0 m of vehicle 5 after 12 s"
+
+    async with mission_console(prepare=prepare) as c:
+        await take(c, planned(c))
+        await c.press("U", "right", "2", "enter")
+        assert c.mission_station.uploads() == []
+        asked = [request for request in c.station.requests if isinstance(request, CompareMission)]
+        assert [(r.vehicles, r.replaced) for r in asked] == [((1,), (1,)), ((1,), (1, 2)), ((2,), (1, 2))]
+        assert repr(asked[2].items) == repr(plan_rows(planned(c).of(2).plan(PlanKind.MISSION)))  # NaN is like NaN
+        await c.press("m", "enter")
+        assert sorted(c.mission_station.uploads()) == [(1, "mission"), (2, "fence"), (2, "mission")]
+
+
+async def test_the_consent_that_ways_meet_is_for_one_group_only() -> None:
+    def prepare(station: MissionStation) -> None:
+        station.meets[1] = station.meets[2] = "it would come within 0 m of vehicle 5 after 12 s"
+
+    async with mission_console(prepare=prepare) as c:
+        await take(c, planned(c))
+        await c.press("U", "m", "right", "2", "enter")
+        assert c.mission_station.uploads() == []
+
+
+async def test_nothing_is_sent_before_the_station_has_compared() -> None:
+    async with mission_console() as c:
+        await take(c, planned(c))
+        await c.press("U")
+        dialog = c.app.screen
+        assert isinstance(dialog, UploadDialog)
+        dialog._compared.clear()
+        await c.press("y")
+        assert "wait: the station compares it with what flies" in dialog.text()
+        assert c.mission_station.uploads() == []
+        dialog.show_comparison((1,), UploadComparison())
+        await c.press("y")
+        assert c.mission_station.uploads() == [(1, "mission")]
 
 
 async def test_a_plan_that_the_autopilot_keeps_in_its_own_way_is_no_other_plan() -> None:

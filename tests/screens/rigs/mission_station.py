@@ -31,6 +31,9 @@ class MissionStation(PlanStation):
     fails: dict[tuple[int, str], str] = field(default_factory=dict)
     """Why an upload of a kind of plan fails with a vehicle."""
     hangs: bool = False
+    meets: dict[int, str] = field(default_factory=dict)
+    """What the mission of a vehicle would meet, as the station says when it is asked to compare."""
+    not_compared: str = ""
     _asked: dict[int, s.Request] = field(default_factory=dict)
 
     def uploads(self) -> list[tuple[int, str]]:
@@ -46,6 +49,11 @@ class MissionStation(PlanStation):
                 self.tasks[number] = s.TaskInfo(number, vehicle, "plan", "console-test", "queued", 0, 10, "", 0.0)
                 results = (m.VehicleResult(vehicle, True, ""),)
                 return s.ServiceReply(ok=True, results=results, tasks=(self.tasks[number],))
+            case s.CompareMission():
+                results = tuple(
+                    m.VehicleResult(v, v not in self.meets, self.meets.get(v, "")) for v in request.vehicles
+                )
+                return s.ServiceReply(ok=True, text=self.not_compared, results=results)
             case s.GetTasks():
                 return s.ServiceReply(ok=True, tasks=tuple(self._further(n) for n in request.numbers))
             case s.GetTaskResult():

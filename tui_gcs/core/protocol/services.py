@@ -274,6 +274,8 @@ class CompareMission(VehicleRequest, frozen=True, tag="compare-mission"):
     """
 
     items: tuple[PlanRow, ...]
+    replaced: Vehicles = ()
+    """Vehicles that get missions of their own at the same time: what they hold now is not compared."""
 
 
 class GetOnBoard(VehicleRequest, frozen=True, tag="get-on-board"):

@@ -8,7 +8,7 @@ place. Only missions that were read or put on board are known, so those that are
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 
 import numpy as np
 
@@ -99,8 +99,13 @@ class MissionComparison:
             vehicle, self._held_path(vehicle, 0), starts, anew=True
         )
 
-    def conflict_of_upload(self, vehicle: Vehicle, plan: Plan, others: Iterable[int]) -> str:
-        """Why `plan` should not be put on `vehicle`, if `others` get it, too, and all begin together; or ""."""
+    def conflict_of_upload(
+        self, vehicle: Vehicle, plan: Plan, others: Iterable[int], replaced: Collection[int] = ()
+    ) -> str:
+        """Why `plan` should not be put on `vehicle`, if `others` get it, too, and all begin together; or "".
+
+        On the ground, what vehicles of `replaced` hold does not count: they get other missions at the same time.
+        """
         own = self._path(vehicle, plan.items, 0)
         if own is None:
             return ""
@@ -110,7 +115,8 @@ class MissionComparison:
             path = self._path(known, plan.items, 0) if known is not None and other != vehicle.id else None
             if known is not None and path is not None and (text := self._together(vehicle, known, own, path)):
                 return text
-        on_ground = tuple(v.id for v in fleet.values() if v.id not in others and not v.telemetry.airborne)
+        new = {*others, *replaced}
+        on_ground = tuple(v.id for v in fleet.values() if v.id not in new and not v.telemetry.airborne)
         return self._conflict(vehicle, own, on_ground, anew=True)
 
     def remark(self, vehicle: Vehicle, starts: tuple[int, ...] = ()) -> str:

@@ -92,10 +92,12 @@ class VehicleTasks:
 
     def _compare_mission(self, request: s.CompareMission) -> s.ServiceReply:
         known, ids = self._parts.picture.fleet.vehicles, request.vehicles[: s.MAX_VEHICLES]
-        plan = plan_of(PlanKind.MISSION, request.items)
-        found = {v: self._comparison.conflict_of_upload(known[v], plan, ids) for v in ids if v in known}
+        replaced = request.replaced[: s.MAX_VEHICLES]
+        plan, compare = plan_of(PlanKind.MISSION, request.items), self._comparison.conflict_of_upload
+        found = {v: compare(known[v], plan, ids, replaced) for v in ids if v in known}
         results = tuple(VehicleResult(v, not why, why) for v, why in found.items())
-        return s.ServiceReply(ok=not any(found.values()), text=self._comparison.unread_words(but=ids), results=results)
+        unread = self._comparison.unread_words(but=(*ids, *replaced))
+        return s.ServiceReply(ok=not any(found.values()), text=unread, results=results)
 
     def _task_result(self, request: s.GetTaskResult) -> s.ServiceReply:
         task = self.tasks.get(request.number)

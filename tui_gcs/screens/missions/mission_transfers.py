@@ -15,10 +15,12 @@ from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import vehicles_words
+from tui_gcs.core.protocol.services import CompareMission
+from tui_gcs.core.requests.plan_rows import plan_rows
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.plan_transfers import PlanTransfer, PlanTransfers
 from tui_gcs.screens.common.key_feedback import KeyFeedback
-from tui_gcs.screens.missions.upload_dialog import UploadDialog
+from tui_gcs.screens.missions.upload_dialog import UploadComparison, UploadDialog
 from tui_gcs.screens.orders.vehicle_words import rows_of
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
@@ -93,9 +95,11 @@ class MissionTransfers:
             groups,
             draft.vehicles,
             warnings,
+            [(c.first, c.second) for c in self._editor.forecast.conflicts if c.together],
             armed,
             autopilots,
             lambda: self._state_of(vehicles),
+            lambda group: self._run(partial(self._compare, dialog, group), "comparison"),
             self._glyphs,
             self._clock,
         )
@@ -116,6 +120,20 @@ class MissionTransfers:
         held = await self._feed.on_board(vehicles)
         if dialog.is_attached:
             dialog.show_held(held)
+
+    async def _compare(self, dialog: UploadDialog, vehicles: tuple[int, ...]) -> None:
+        """Have the station compare the missions of a group with what flies and with what other vehicles hold."""
+        draft, meets, remarks = self._editor.history.draft, dict[int, str](), dict[str, None]()
+        for vehicle in vehicles:
+            plan = draft.of(vehicle).plan(PlanKind.MISSION)
+            if not plan.items:
+                continue
+            reply = await self._feed.requests.send(CompareMission((vehicle,), plan_rows(plan), vehicles))
+            meets |= {result.vehicle: result.text for result in reply.results if not result.ok}
+            if reply.text:
+                remarks[reply.text if reply.results else f"not compared: {reply.text}"] = None
+        if dialog.is_attached:
+            dialog.show_comparison(vehicles, UploadComparison(meets, "; ".join(remarks)))
 
     def _why_not(self, groups: Sequence[object]) -> str:
         refused = refusal(UPLOAD, self._feed.action_context())

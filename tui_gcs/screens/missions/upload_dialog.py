@@ -1,6 +1,7 @@
 """The question before plans are sent to vehicles: what, to which; for several vehicles their number is typed."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from textwrap import wrap
 
 from textual import events
@@ -21,11 +22,25 @@ from tui_gcs.widgets.basics.palette import Ink
 MAX_LINES = 8
 FULL_TEXT_COUNT = 3
 """Up to this many vehicles have their warnings in full, more have a line each: the question must fit into 24 rows."""
+WAIT = "wait: the station compares it with what flies and what others hold"
+MEET = "ways meet: m first, if you want it all the same"
 CHANGED = "a vehicle or a plan changed meanwhile: look, and ask again"
+
+
+@dataclass(frozen=True)
+class UploadComparison:
+    """What the station says of a group of vehicles that would get the planned missions."""
+
+    meets: Mapping[int, str] = field(default_factory=dict)
+    """By vehicle: where its mission comes too close to what another one flies or holds."""
+    not_compared: str = ""
 
 
 class UploadDialog(TextDialog[tuple[int, ...]]):
     """The result is the vehicles to send to; empty if nothing is sent.
+
+    The station compares the missions with what flies and with what other vehicles hold. Nothing is sent before it has
+    answered, and where ways meet only after `m`.
 
     The dialog cancels by itself after ten seconds without a key, and when what it asks about has changed.
     """
@@ -37,16 +52,19 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         groups: Sequence[tuple[str, tuple[int, ...]]],
         plans: Mapping[int, VehicleDraft],
         warnings: Mapping[int, str],
+        pairs: Collection[tuple[int, int]],
         armed: Sequence[int],
         autopilots: Mapping[int, str],
         state: Callable[[], object],
+        compare: Callable[[tuple[int, ...]], None],
         glyphs: GlyphSet,
         clock: Clock,
     ) -> None:
         """`groups` are the choices of vehicles, each with its name; `warnings` are about the plans of a vehicle.
 
-        `autopilots` are named as in fleet frames: a stored plan is compared as that autopilot keeps it. The question is
-        void when the value of `state` changes.
+        Vehicles of `pairs` meet if they begin together. `compare` asks the station about a group; `show_comparison`
+        takes its answer. `autopilots` are named as in fleet frames: a stored plan is compared as that autopilot keeps
+        it. The question is void when the value of `state` changes.
         """
         super().__init__(glyphs)
         self._state, self._seen = state, state()
@@ -55,6 +73,10 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self._groups = groups
         self._plans = plans
         self._warnings = warnings
+        self._pairs = pairs
+        self._compare = compare
+        self._compared: dict[tuple[int, ...], UploadComparison] = {}
+        self._may_meet = False
         self._armed = armed
         self._autopilots = autopilots
         self._instead: dict[int, str] = {}
@@ -66,6 +88,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         """Watch time, vehicles and plans while the dialog is open."""
         super().on_mount()
         self.set_interval(CHECK_S, self.tick)
+        self._compare(self._vehicles)
 
     def tick(self) -> None:
         """Cancel when time is up or what is shown has changed."""
@@ -83,6 +106,28 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         """Show which stored plans will be replaced, as far as they are known."""
         self._instead = {row.vehicle: self._other(row, self._plans[row.vehicle]) for row in rows}
         self.redraw()
+
+    def show_comparison(self, vehicles: tuple[int, ...], comparison: UploadComparison) -> None:
+        """Show where the missions of a group meet what flies or what others hold."""
+        self._compared[vehicles] = comparison
+        self._problem = "" if self._problem == WAIT else self._problem
+        self.redraw()
+
+    @property
+    def _meeting(self) -> dict[int, str]:
+        """Vehicles of the chosen group whose missions meet others."""
+        chosen = self._vehicles
+        pairs = [pair for pair in self._pairs if pair[0] in chosen and pair[1] in chosen]
+        both_ways = [*pairs, *((second, first) for first, second in pairs)]
+        meeting = {one: f"MEETS {other} in flight if both begin together" for one, other in both_ways}
+        return meeting | dict(self._compared.get(chosen, UploadComparison()).meets)
+
+    @property
+    def _why_not_yet(self) -> str:
+        """Why the answer that sends is not taken yet."""
+        if self._vehicles not in self._compared:
+            return WAIT
+        return MEET if self._meeting and not self._may_meet else ""
 
     @property
     def _vehicles(self) -> tuple[int, ...]:
@@ -104,7 +149,12 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
             self.finish(())
         elif event.key in ("left", "right", "up", "down", "tab"):
             self._at = (self._at + (-1 if event.key in ("left", "up") else 1)) % len(self._groups)
-            self._typed = ""
+            self._typed, self._may_meet = "", False
+            if self._vehicles not in self._compared:
+                self._compare(self._vehicles)
+            self.redraw()
+        elif event.key == "m" and self._meeting:
+            self._may_meet = True
             self.redraw()
         elif len(self._vehicles) == 1:
             self._one(event.key)
@@ -113,7 +163,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
 
     def _one(self, key: str) -> None:
         if key == "y":
-            self.finish(self._vehicles)
+            self._send()
         elif key == "enter":
             self._problem = "press y: it is sent"
             self.redraw()
@@ -121,7 +171,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
     def _several(self, event: events.Key) -> None:
         if event.key == "enter":
             if self._typed == str(len(self._vehicles)):
-                self.finish(self._vehicles)
+                self._send()
                 return
             self._problem = f"type {len(self._vehicles)}, the number of vehicles, then Enter"
         elif event.key == "backspace":
@@ -131,13 +181,21 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
             self._typed = (self._typed + event.character)[-4:]
         self.redraw()
 
+    def _send(self) -> None:
+        self._problem = self._why_not_yet
+        if self._problem:
+            self.redraw()
+        else:
+            self.finish(self._vehicles)
+
     def body(self) -> list[Line]:
         """Return the vehicles, their plans and warnings, and the keys."""
         vehicles = self._vehicles
         lines: list[Line] = [[("to ", Ink.TEXT), (f"{self._groups[self._at][0]}: {ids(vehicles)}", Ink.BOLD)], []]
+        meeting = self._meeting
         few = len(vehicles) <= FULL_TEXT_COUNT
         for vehicle in vehicles[:MAX_LINES]:
-            warning = self._warnings.get(vehicle, "")
+            warning = meeting.get(vehicle, "") or self._warnings.get(vehicle, "")
             lines.append([(f"  {vehicle:>3}  {_words(self._plans[vehicle])}", Ink.TEXT)])
             if instead := self._instead.get(vehicle, ""):
                 lines += _indented(f"instead of {instead} on board", few)
@@ -148,6 +206,10 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         flying = [vehicle for vehicle in vehicles if vehicle in self._armed]
         if flying:
             lines.append([(f"  ARMED: {ids(flying)}; one that flies its mission refuses", Ink.CAUTION)])
+        if self._vehicles not in self._compared:
+            lines.append([("  being compared with what flies and what others hold", Ink.MUTED)])
+        elif remark := self._compared[vehicles].not_compared:
+            lines += [[(f"  {part}", Ink.CAUTION)] for part in wrap(remark, LINE_CELLS - 2, max_lines=2)]
         lines += [[], [("fence first; each part is read back and compared", Ink.MUTED)]]
         lines += [[("what is not planned here stays on board as it is", Ink.MUTED)]]
         lines += [[(self._problem, Ink.CAUTION)]] if self._problem else []
@@ -168,7 +230,9 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
     def _keys(self) -> Line:
         left_s = max(0, round(self._deadline_s - self._clock.now()))
         keys: list[tuple[str, Ink]] = [(f" Esc = cancel ({left_s} s) ", Ink.SELECTED), ("   ", Ink.TEXT)]
-        if len(self._vehicles) == 1:
+        if self._meeting and not self._may_meet:
+            keys.append(("m = though ways meet", Ink.BOLD))
+        elif len(self._vehicles) == 1:
             keys.append(("y = send", Ink.BOLD))
         else:
             keys.append((f"{len(self._vehicles)} and Enter = send: [{self._typed:_<2}]", Ink.BOLD))
