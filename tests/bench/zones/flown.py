@@ -60,8 +60,10 @@ class ZoneFigures:
 
     @property
     def share(self) -> float:
-        """The preview's share of the baseline's worst idleness."""
-        return self.preview_s / self.baseline_s if self.baseline_s > 0.0 else 1.0
+        """The preview's share of the baseline's worst idleness; NaN where both watch all of it all the time."""
+        if max(self.preview_s, self.baseline_s) <= QUANTUM_S:
+            return math.nan
+        return self.preview_s / self.baseline_s if self.baseline_s > 0.0 else math.inf
 
     @property
     def broken(self) -> list[str]:
@@ -192,9 +194,8 @@ def _summary(found: list[ZoneFigures]) -> int:
     shares = [f.share for f in found if math.isfinite(f.share) and math.isfinite(f.baseline_s)]
     median, most = (float(np.median(shares)), max(shares)) if shares else (math.nan, math.nan)
     print(f"{len(found)} zones, {len(flown)} flown, {len(broken)} with a promise broken: {[f.number for f in broken]}")
-    print(
-        f"{sum(math.isinf(f.baseline_s) for f in found)} in which the baseline does not see every cell; of the others:"
-    )
+    print(f"{sum(math.isinf(f.baseline_s) for f in found)} in which the baseline does not see every cell,")
+    print(f"{sum(math.isnan(f.share) for f in found)} in which both watch everything all the time;")
     print(f"share of the baseline's worst idleness: median {median:.3f} (limit {MEDIAN}), most {most:.3f} (limit 1)")
     return 1 if broken or not median <= MEDIAN else 0
 

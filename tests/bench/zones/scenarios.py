@@ -12,6 +12,9 @@ HOLES = ("none", "none", "circle", "polygon", "several", "border")
 MIN_M2, MAX_M2 = 100.0, 1e6
 IDEAL_S = (6.0, 60.0)
 """Ideal worst idleness: longer rounds would be no other question, only a longer flight."""
+SPEEDS_M_S = {"ardupilot": (5.0, 8.0, 9.0), "px4": (5.0, 8.0, 8.0)}
+"""Speed limits that vehicles can fly with the parameters they come with: ArduCopter at most 10 m/s (WPNAV_SPEED), a PX4
+in its own simulator 9.8 m/s against the drag of the air. With 12 m/s they lag behind: a planner can only slow down."""
 FOOTPRINTS_M = (6.0, 60.0)
 LAYER_M, LAYER_GAP_M = 27.0, 7.0
 
@@ -44,7 +47,7 @@ def _drawn(rng: np.random.Generator, number: int) -> RandomScenario | None:
     n, autopilot = int(rng.integers(1, 21)), str(rng.choice(["ardupilot", "px4"]))
     area_m2 = float(np.exp(rng.uniform(np.log(MIN_M2), np.log(MAX_M2))))
     zone = _of_area(_outline(kind, rng), area_m2, float(rng.uniform(0.0, 360.0)))
-    speed, radius = float(rng.choice([5.0, 8.0, 12.0])), float(np.exp(rng.uniform(*np.log(FOOTPRINTS_M))))
+    speed, radius = float(rng.choice(SPEEDS_M_S[autopilot])), float(np.exp(rng.uniform(*np.log(FOOTPRINTS_M))))
     ideal_s = area_m2 / (2.0 * radius * n * speed)
     if not zone.is_valid or ideal_s > IDEAL_S[1] or (ideal_s < IDEAL_S[0] and area_m2 > 20_000.0):
         return None

@@ -445,3 +445,15 @@ def test_a_file_of_rehearsals_that_is_junk_says_nothing(rig: MakeRig, tmp_path: 
     assert lines(flight)["rehearsal"].state is CheckState.FAIL
     rehearsed(flight)
     assert lines(flight)["rehearsal"].state is CheckState.OK
+
+
+def test_a_vehicle_whose_own_limit_is_below_the_scenarios_speed_is_named(rig: MakeRig, tmp_path: Path) -> None:
+    flight = live(rig, tmp_path)
+    read(flight)
+    assert lines(flight)["planner"].state is CheckState.OK
+    flight.station.services.params.set(flight.ids[0], "WPNAV_SPEED", 500.0)
+    flight.until(lambda: lines(flight)["planner"].state is CheckState.WARN, 10.0, "set")
+    check = lines(flight)["planner"]
+    assert check.text == "flies 5 m/s at most (WPNAV_SPEED), the scenario asks for 8"
+    assert check.vehicles == flight.ids[:1] and not check.hard
+    assert flight.station.flight.steering.own_speed_m_s(flight.ids[0]) == 5.0

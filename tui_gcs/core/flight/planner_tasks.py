@@ -1,5 +1,6 @@
 """Makes a planner's task from a scenario: for flight, and for previews of what an edit would give. Pure functions."""
 
+import math
 from collections.abc import Collection, Mapping
 from itertools import count, islice
 
@@ -45,6 +46,17 @@ def task_of(
         density=round_.density,
         obstacles=round_.obstacles,
     )
+
+
+def within_own_speeds(task: PlannerTask, own_m_s: Mapping[int, float]) -> PlannerTask:
+    """Return the task with the speeds that its members can fly: theirs is `own_m_s`, inf where it is not known."""
+    classes = {
+        vehicle: msgspec.structs.replace(kind, speed_m_s=min(kind.speed_m_s, own_m_s.get(vehicle, math.inf)))
+        for vehicle, kind in task.classes.items()
+    }
+    slowest_m_s = min((own_m_s[vehicle] for vehicle in task.members if vehicle in own_m_s), default=math.inf)
+    limits = msgspec.structs.replace(task.limits, speed_m_s=min(task.limits.speed_m_s, slowest_m_s))
+    return msgspec.structs.replace(task, limits=limits, classes=classes)
 
 
 def crewed(scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:

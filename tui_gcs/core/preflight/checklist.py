@@ -16,7 +16,14 @@ from tui_gcs.core.forward.request_checks import Ruling
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight import fleet_checks as fleet
 from tui_gcs.core.preflight.readiness import Readiness
-from tui_gcs.core.preflight.vehicle_checks import CheckFinding, failsafes, link_quality, plans_on_board, standing
+from tui_gcs.core.preflight.vehicle_checks import (
+    CheckFinding,
+    failsafes,
+    link_quality,
+    own_speed,
+    plans_on_board,
+    standing,
+)
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import EventClass, Reply
@@ -134,6 +141,7 @@ class PreflightChecklist:
         if fleet.is_live(self._parts):
             yield from (self._judged(vehicle, finding) for finding in failsafes(self._parts, vehicle))
             yield from plans_on_board(self._parts, vehicle)
+            yield from own_speed(self._parts, vehicle)
 
     def _judged(self, vehicle: Vehicle, finding: CheckFinding) -> CheckFinding:
         """The finding as it stands with the operators' acknowledgements: one holds for the same text and vehicle."""

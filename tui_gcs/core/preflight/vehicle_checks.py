@@ -77,6 +77,13 @@ def failsafes(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
             yield CheckFinding(name, CheckState.OK, _words(about))
 
 
+def own_speed(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
+    """A line if the vehicle's own parameters keep it from flying as fast as the scenario lets planners plan."""
+    asked_m_s = parts.active.scenario.class_of(vehicle.id).speed_m_s
+    if problem := parts.services.failsafes.speed_problem(vehicle, asked_m_s):
+        yield CheckFinding("planner", CheckState.WARN, problem, "raise the parameter, or lower limits.speed_m_s")
+
+
 def plans_on_board(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
     """Whether fence, mission and rally points on board are those that this station put there."""
     plans = parts.services.missions.registry

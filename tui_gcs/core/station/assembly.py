@@ -108,6 +108,7 @@ def build_parts(config: StationConfig, records: Records, links: list[Link]) -> S
     # Set afterwards: the failsafe service is above flight control, and steering asks it what a vehicle does when
     # unheard.
     flight.steering.lost_link_behaviour = services.failsafes.lost_link_behaviour
+    flight.steering.own_speed_m_s = services.failsafes.own_speed_m_s
     comms.forwarder.parameter_problem = services.params.foreign_problem
     operator_id = OperatorIdService(context, active.operator, lambda: (flight.vehicle for flight in flights))
     conditions = StationConditions()

@@ -1,13 +1,15 @@
-"""Reads the failsafe parameters of vehicles on demand, and describes what each vehicle does by itself.
+"""Reads the parameters of vehicles that decide what each does by itself, on demand, and describes it.
 
 About a dozen parameters are read by name; nothing else is downloaded. A PARAM_VALUE that is received later counts
 instead of what was read.
 """
 
+import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.failsafes import UNHEARD, FailsafeLine, Values, explain, wanted
 from tui_gcs.core.firmware.lost_link_behaviour import lost_link_behaviour
+from tui_gcs.core.firmware.own_speed import own_speed_m_s, speed_names, speed_problem
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.protocol.common import Vec3
@@ -33,7 +35,7 @@ class FailsafeService:
     def ask(self, vehicle_id: int, on_done: Callable[[], None] | None = None) -> None:
         """Read its failsafe parameters again; `on_done` is called when `report` has them, however many arrived."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        names = wanted(vehicle) if vehicle is not None else ()
+        names = _names(vehicle) if vehicle is not None else ()
 
         def on_read(reading: ParamReading) -> None:
             # It may have been replaced while it was asked.
@@ -65,10 +67,22 @@ class FailsafeService:
         """The same as a motion model's input: what the vehicle does when it receives no station."""
         return lost_link_behaviour(vehicle, self._newest_values(vehicle), home_m)
 
+    def own_speed_m_s(self, vehicle_id: int) -> float:
+        """What the vehicle flies at most by its own parameters, or as shipped while they were not read.
+
+        It is inf for a vehicle that was never heard.
+        """
+        vehicle = self._fleet.vehicles.get(vehicle_id)
+        return own_speed_m_s(vehicle.autopilot, self._newest_values(vehicle)) if vehicle is not None else math.inf
+
+    def speed_problem(self, vehicle: Vehicle, asked_m_s: float) -> str:
+        """Why the vehicle's own limit keeps it from flying so fast; "" if it does not, or was not read."""
+        return speed_problem(vehicle.autopilot, self._newest_values(vehicle), asked_m_s)
+
     def _newest_values(self, vehicle: Vehicle) -> Values:
         read = self._values.get(vehicle.id, {})
         known = self._params.table(vehicle.id).params
-        return read | {name: float(known[name].value) for name in wanted(vehicle) if name in known}
+        return read | {name: float(known[name].value) for name in _names(vehicle) if name in known}
 
     def warnings(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:
         """The lines that an operator has to accept before a start."""
@@ -77,3 +91,7 @@ class FailsafeService:
     def forget(self, vehicle: Vehicle) -> None:
         """Forget a vehicle that rebooted or was replaced: its parameters may be different."""
         self._values.pop(vehicle.id, None)
+
+
+def _names(vehicle: Vehicle) -> tuple[str, ...]:
+    return (*wanted(vehicle), *speed_names(vehicle.autopilot))
