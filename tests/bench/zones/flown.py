@@ -23,7 +23,7 @@ from tui_gcs.core.protocol.common import FleetFrame, PlannerTask
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.lazy_scipy import warm_up
-from tui_gcs.planner.runtime.plan_forecast import forecast
+from tui_gcs.planner.runtime.plan_forecast import SearchLimit, forecast
 from tui_gcs.rehearsal.lock_step import FlightConditions
 from tui_gcs.rehearsal.rehearse import rehearse
 
@@ -97,7 +97,7 @@ def previewed(drawn: RandomScenario, scenario: Scenario) -> ZoneFigures:
     starts_m = {place.vehicle: place.place_m for place in scenario.places if place.vehicle is not None}
     nobody = FleetFrame(seq=0, t_s=0.0, wall_s=0.0, kind=RunKind.SIM)
     begin_s = time.process_time()
-    found = forecast(task, nobody, {}, starts_m, search_end_s=math.inf)
+    found = forecast(task, nobody, {}, starts_m, search=SearchLimit())
     cpu_s = time.process_time() - begin_s
     problem = found.plan.error.strip().splitlines()[-1] if found.plan.error else ""
     baseline_s = boustrophedon_worst_s(task) if not problem else math.nan

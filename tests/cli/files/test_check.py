@@ -13,7 +13,7 @@ import pytest
 
 from tests.rigs.reports import report_of
 from tui_gcs.cli.files.bounded import TimeUsedUp, bounded
-from tui_gcs.cli.files.check_preview import _Budget
+from tui_gcs.cli.files.check_preview import _Budget, search_steps
 from tui_gcs.cli.main import main
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import mission_builder as build
@@ -22,6 +22,7 @@ from tui_gcs.core.missions.draft_file import SavedDraft, to_bytes
 from tui_gcs.core.missions.scenario_findings import preview_findings
 from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.load import parse
+from tui_gcs.planner.runtime.plan_forecast import MAX_SEARCH_STEPS
 
 SCENARIO = Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml"
 WPL = (
@@ -127,6 +128,21 @@ def test_teams_share_the_time_of_a_preview_and_what_one_leaves_is_for_those_that
     assert budget.next_share_s() == pytest.approx(2.0)
     budget.done(5.0, 9.0)
     assert budget.next_share_s() == 0.0, "all of it is used"
+
+
+def test_a_team_with_a_larger_share_of_the_time_is_granted_more_steps_of_search() -> None:
+    assert search_steps(1.0) == 0, "a share that is enough for a first plan only"
+    few, some, all_ = search_steps(10.0 * 2 / 6), search_steps(20.0 * 2 / 6), search_steps(60.0 * 2 / 6)
+    assert 0 < few < some < MAX_SEARCH_STEPS <= all_
+
+
+@pytest.mark.long
+def test_two_previews_of_one_file_have_the_same_figures(capsys: pytest.CaptureFixture[str]) -> None:
+    seen = []
+    for _ in range(2):
+        assert main(["check", str(SCENARIO), "--preview"]) == 0
+        seen.append([line for line in capsys.readouterr().out.splitlines() if "planned:" in line])
+    assert len(seen[0]) == 6 and seen[0] == seen[1]
 
 
 def test_a_search_that_was_cut_short_is_told_beside_its_figures() -> None:

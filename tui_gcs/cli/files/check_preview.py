@@ -25,7 +25,9 @@ from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.missions.scenario_findings import ScenarioFinding, preview_findings
 from tui_gcs.core.protocol.common import FleetFrame, PlannerTask, PreviewResult, PreviewTask
 from tui_gcs.core.scenario.model import Round, Scenario
+from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.plan_forecast import SearchLimit
 from tui_gcs.planner.runtime.preview import preview
 
 MAX_BYTES = 300_000_000
@@ -38,10 +40,13 @@ MIN_S = 0.05
 """With less time than this no preview is begun."""
 MAX_FOOTPRINTS = 2000
 """Footprints that fill a zone. A patrol with 1600 needs about 4 s and 230 MB, one with 24,000 12 s and 820 MB."""
+SEARCH_SHARE, SEARCH_LIMIT_SHARE = 0.9, 0.6
+"""A search ends after so much of its team's share of the time, and of all that it may take; then its plan is flown."""
+PLAN_S, SEARCH_STEP_S = 2.2, 0.1
+"""Processor time of a first plan and of a step of the search on a busy computer; an idle one needs half of it.
 
-
-SEARCH_SHARE = 0.85
-"""Of a team's share of the time: its search ends then, so that something is left for flying the plan."""
+The steps that a team is granted are counted by these, not by the clock: the same file gives the same figures again.
+"""
 
 
 @dataclass
@@ -90,6 +95,7 @@ class _Job:
     """What the user allows, for the message."""
     share_s: float = 0.0
     limit_s: float = 0.0
+    search_steps: int = 0
     max_bytes: int = MAX_BYTES
 
 
@@ -98,7 +104,8 @@ def preview_lines(scenario: Scenario, autopilot: str, seconds: float) -> list[Fi
 
     Teams with an unknown planner are left out. `autopilot` is a key of `AUTOPILOTS`: the better it keeps to its course,
     the wider apart a patrol's lanes may be. `seconds` is the processor time that all teams may take on each of at most
-    two cores: searches end when a team's share of it is over, and teams for which nothing is left are named.
+    two cores: every team's search has the same number of steps, fewer if its share of the time is over before. Those
+    for which nothing is left are named.
     """
     number = AUTOPILOTS[autopilot]
     off_m, own_m_s = off_course_m(number), shipped_speed_m_s(number)
@@ -141,6 +148,11 @@ def _round(scenario: Scenario, results: list[PreviewResult], seconds: float) -> 
     yield from summary(findings(ways, scenario.limits))
 
 
+def search_steps(share_s: float) -> int:
+    """Return the steps of search for a team whose share of the time is this."""
+    return max(0, int((share_s - PLAN_S) / SEARCH_STEP_S))
+
+
 def _used_up(seconds: float) -> str:
     return f"the {seconds:g} s for all teams are used up (--seconds S for more)"
 
@@ -150,7 +162,9 @@ def _previews(jobs: dict[Key, _Job], seconds: float) -> dict[Key, PreviewResult]
     results: dict[Key, PreviewResult] = {}
     workers = min(2, os.cpu_count() or 1, len(jobs))
     budget, waiting = _Budget(seconds, workers, len(jobs)), deque(jobs.items())
+    steps = search_steps(seconds * workers / max(len(jobs), 1))
     # Forked, a process begins with everything imported; elsewhere than on Linux forking is not safe.
+    warm_up()
     context = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
     with ProcessPoolExecutor(max(workers, 1), mp_context=context) as pool:
         running: dict[Future[tuple[PreviewResult, float]], tuple[Key, _Job]] = {}
@@ -158,7 +172,8 @@ def _previews(jobs: dict[Key, _Job], seconds: float) -> dict[Key, PreviewResult]
             while waiting and len(running) < workers:
                 key, job = waiting.popleft()
                 share_s = budget.next_share_s()
-                job = replace(job, share_s=share_s, limit_s=budget.limit_s(share_s), max_bytes=MAX_BYTES // workers)
+                job = replace(job, share_s=share_s, limit_s=budget.limit_s(share_s), search_steps=steps)
+                job = replace(job, max_bytes=MAX_BYTES // workers)
                 running[pool.submit(_preview, job)] = key, job
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 key, job = running.pop(future)
@@ -182,8 +197,9 @@ def _preview(job: _Job) -> tuple[PreviewResult, float]:
     if not text:
         try:
             with bounded(job.limit_s, job.max_bytes):
-                result = preview(job.ask, {}, begin_s + SEARCH_SHARE * job.share_s)
-                return result, time.process_time() - begin_s
+                search_s = min(SEARCH_SHARE * job.share_s, SEARCH_LIMIT_SHARE * job.limit_s)
+                limit = SearchLimit(job.search_steps, begin_s + search_s)
+                return preview(job.ask, {}, limit), time.process_time() - begin_s
         except TimeUsedUp:
             text = used_up if job.limit_s < job.seconds else f"{used_up}: {fine} may be too fine"
         except MemoryError:

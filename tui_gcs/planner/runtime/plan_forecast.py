@@ -39,10 +39,24 @@ MAX_VEHICLES = 64
 NO_STARTS: Mapping[int, tuple[float, float]] = {}
 MAX_SEARCH_S = 15.0
 """Mission time of a search on the ground; patrol's ends after 10 s."""
+MAX_SEARCH_STEPS = round(MAX_SEARCH_S / STEP_S)
 SEARCHED = "searched"
 """Name of the metric in which planners tell the share of their search that is done."""
 PREDICTED = "predicted_worst_s"
 """Name of the metric in which planners predict their worst idleness."""
+
+
+@dataclass(frozen=True)
+class SearchLimit:
+    """How long a planner may search on the ground before its plan is flown; whichever end comes first."""
+
+    steps: int = MAX_SEARCH_STEPS
+    """Steps of `STEP_S` of mission time. The same number gives the same plan on a fast and on a slow computer."""
+    end_cpu_s: float = math.inf
+    """Processor time of this process at which the search ends, for computers that are slower than expected."""
+
+
+NO_SEARCH = SearchLimit(steps=0)
 
 
 @dataclass(frozen=True)
@@ -72,19 +86,19 @@ def forecast(
     starts_m: Mapping[int, tuple[float, float]] = NO_STARTS,
     snapshot: bytes = b"",
     *,
-    search_end_s: float = -math.inf,
+    search: SearchLimit = NO_SEARCH,
 ) -> PlanForecast:
     """Configure the planner and fly its plan. Vehicles that are not in `frame` begin at `starts_m`.
 
-    A planner that searches in the background first does so for as long as it would on the ground, or until this
-    process has used `search_end_s` of processor time; without it the figures are those of the plan at once. If
-    `snapshot` is of a planner of the same kind that flies now, this one inherits what that one has learnt.
+    A planner that searches in the background first does so within the limit of `search`; without it the figures are
+    those of the plan at once. If `snapshot` is of a planner of the same kind that flies now, this one inherits what
+    that one has learnt.
     """
     host = PlannerHost(task.team, files)
     host.set_task(task)
     host.inherit(snapshot)
     world = KinematicFleet(task, start_m(task, frame, starts_m), t_s=frame.t_s)
-    drawn = _search(host, world, search_end_s)
+    drawn = _search(host, world, search)
     host.searches = False
     plan = host.step(world.frame())
     if plan.error:
@@ -101,12 +115,12 @@ def forecast(
     return PlanForecast(plan, worst_s, ratio, ideal_s, bound_s, separation, ways)
 
 
-def _search(host: PlannerHost, world: KinematicFleet, end_s: float) -> tuple[Annotation, ...] | None:
+def _search(host: PlannerHost, world: KinematicFleet, limit: SearchLimit) -> tuple[Annotation, ...] | None:
     """Let the planner search while all vehicles are on the ground. Return what it drew last."""
     drawn = None
     world.phase = dict.fromkeys(world.task.members, Phase.ARMING)
-    for _ in range(round(MAX_SEARCH_S / STEP_S)):
-        if time.process_time() >= end_s:
+    for _ in range(min(limit.steps, MAX_SEARCH_STEPS)):
+        if time.process_time() >= limit.end_cpu_s:
             break
         plan = host.step(world.frame())
         drawn = drawn if plan.annotations is None else plan.annotations

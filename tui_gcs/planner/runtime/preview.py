@@ -21,7 +21,7 @@ import msgspec
 
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.core.protocol.planning import cells_of
-from tui_gcs.planner.runtime.plan_forecast import forecast, vehicles_for
+from tui_gcs.planner.runtime.plan_forecast import SearchLimit, forecast, vehicles_for
 from tui_gcs.planner.runtime.planner_errors import error_with_line
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 
@@ -29,14 +29,15 @@ LIMIT_S = 60.0
 """Time after which a preview is given up."""
 MAX_DATA_BYTES = 1_000_000_000
 """Memory after which it is given up; 250 MB of it are reserved by the libraries and mostly not used."""
+FULL_SEARCH = SearchLimit()
 NICE = 10
 """Lower priority than the planners that fly."""
 
 
-def preview(ask: PreviewTask, files: Mapping[str, PlannerFile], search_end_s: float = math.inf) -> PreviewResult:
+def preview(ask: PreviewTask, files: Mapping[str, PlannerFile], search: SearchLimit = FULL_SEARCH) -> PreviewResult:
     """Return the result of a preview. Raises ValueError if the request holds no task or frame.
 
-    The planner's search ends when this process has used `search_end_s` of processor time, if it is not over before.
+    The planner's search ends at the limit of `search`, if it is not over before.
     """
     task, frame = ask.task, ask.frame
     if task is None or frame is None:
@@ -48,7 +49,7 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile], search_end_s: fl
         if ask.idleness_s > 0.0:
             vehicles, found = vehicles_for(ask.idleness_s, task, frame, files, ask.starts_m, ask.snapshot)
         else:
-            found = forecast(task, frame, files, ask.starts_m, ask.snapshot, search_end_s=search_end_s)
+            found = forecast(task, frame, files, ask.starts_m, ask.snapshot, search=search)
     except ValueError as why:
         return PreviewResult(task.team, ask.number, "failed", text=str(why))
     if found.plan.error:
