@@ -1,7 +1,9 @@
 """Planners that die, dawdle and lie: vehicles hold, the operator is told, and nobody else notices."""
 
+import json
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import msgspec
 import pytest
@@ -208,6 +210,18 @@ def test_what_a_planner_keeps_is_given_to_its_next_worker(rig: MakeRig) -> None:
     assert flight.ask(m.GetTask(team="defend")).snapshot == b"first", "too large"
     flight.ask(m.SwitchRound(index=1))
     assert flight.ask(m.GetTask(team="defend")).snapshot == b"", "of another task"
+
+
+def test_metrics_are_journalled_every_five_seconds(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    for second in range(21):
+        flight.plan(goto(1, *SPOT, 27.0), metrics={"reward": float(second), "nan": math.nan})
+        flight.run(1.0)
+    lines = [json.loads(line) for line in flight.journal.path.read_text().splitlines() if '"metrics"' in line]
+    seconds = [line["metrics"]["reward"] for line in lines]
+    assert seconds[0] == 0.0 and all(5.0 <= after - before <= 6.0 for before, after in pairwise(seconds)), seconds
+    assert len(seconds) >= 4
+    assert {line["team"] for line in lines} == {"defend"} and lines[0]["metrics"]["nan"] is None
 
 
 def test_notes_of_a_planner_are_told_once(rig: MakeRig) -> None:

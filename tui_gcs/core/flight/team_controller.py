@@ -43,6 +43,8 @@ MAX_NAME_CELLS = 32
 MAX_TRACE_LINES, MAX_TRACE_CELLS = 30, 160
 MAX_SNAPSHOT_BYTES = 2_000_000
 """A planner's own snapshot has at most 1 MB; its host adds to that."""
+METRICS_GAP_S = 5.0
+"""How often the metrics of a planner are journalled: about 30 bytes each."""
 ENDS_S = 0.2
 """A hold comes this long before a course ends, where a vehicle would stop abruptly."""
 # Both autopilots keep within 1.25 m of a moving course in calm air; in wind of 3 m/s ArduCopter was 8 m off.
@@ -77,6 +79,7 @@ class TeamController:
         self._events, self._clock = services.events, services.clock
         self._notes = TokenBucket(NOTES_PER_S, MAX_NOTES, services.clock.now())
         self._journal = journal
+        self._next_metrics_s = -math.inf
         self._old_revision = -1
         self._stopped: set[int] = set()
         """Vehicles vetoed on a course of an older task: they hold until the first plan for the new one."""
@@ -177,6 +180,10 @@ class TeamController:
         if plan.annotations is not None:
             self.annotations = shown(plan.annotations)
         self.metrics = {clean(k, MAX_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MAX_METRICS]}
+        now = self._clock.now()
+        if self.metrics and now >= self._next_metrics_s:
+            self._next_metrics_s = now + METRICS_GAP_S
+            self._journal.write({"metrics": self.metrics, "team": self.team.name, "wall_s": self._clock.wall()})
         if plan.snapshot is not None and len(plan.snapshot) <= MAX_SNAPSHOT_BYTES:
             self.snapshot = plan.snapshot
         if plan.learnt is not None and len(plan.learnt) <= MAX_LEARNT_BYTES:
