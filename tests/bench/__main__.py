@@ -32,6 +32,7 @@ from tests.bench.planning.turns import planning_turns
 from tests.bench.promises.counted import promises
 from tests.bench.restart import restart
 from tests.bench.row import NotMeasured, Row
+from tests.bench.screens.figures import screens
 from tests.bench.sim import sim
 from tests.bench.wire import wire
 from tests.bench.zones.flown import main as zones
@@ -50,6 +51,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "flood": flood,
     "live": live,
     "console": console,
+    "screens": screens,
     "editing": editing,
     "files": files,
     "planning": planning,
@@ -71,6 +73,7 @@ LONG_S = {
     "load": 95,
     "live": 150,
     "console": 420,
+    "screens": 150,
     "files": 70,
     "commands": 650,
     "guardian": 1800,

@@ -10,7 +10,7 @@ SETUP_ACTIONS = (
     action("undo", "u", "undo", "take back: the gain, the transmitter, the last parameter", COMMAND, 6),
     action("undo_all", "U", "", "take all changes of gains back; asks", COMMAND),
     action("fetch", "R", "read", "read the section from the vehicles; all sections from the list of them", COMMAND, 7),
-    action("next_view", "tab", "side", "sections; lines of the section", VIEW, 8),
+    action("next_view", "tab", "sections", "sections; lines of the section", VIEW, 8),
     action("to_sections", "left h", "", "the list of sections, the lines of the section", VIEW, shown="left right"),
     action("to_fields", "right l", "", "", VIEW),
     *LOOK_ACTIONS,

@@ -55,14 +55,14 @@ def _command(name: str, keys: str, label: str, text: str, weight: int = 0, **mor
 
 MENU_SCREENS = (
     ("p", "parameters", "Parameters", "search, compare, set, copy, load, save"),
-    ("i", "inspector", "Inspector", "every message live: rates, fields, bytes; what was dropped"),
-    ("s", "setup", "Setup", "airframe, sensors, radio, modes, failsafes, motors, battery, gains"),
-    ("l", "links", "Links", "losses, rates, radios of every path; add, close; partners"),
-    ("g", "plots", "Plots", "any value of any vehicles over time, live; panes, cursor, saved views"),
-    ("o", "onboard", "Onboard logs", "logs on vehicles: list, download several at once, cancel"),
-    ("f", "flights", "Flights", "recorded flights, rehearsals, logs: what happened, replay, export"),
-    ("a", "traffic", "Traffic", "tracks, ADS-B, Remote ID beside the fleet; tasks for planners"),
-    ("t", "tasks", "Tasks", "what goes on, cancel; people who are connected, hand over control"),
+    ("i", "inspector", "Inspector", "every message live: rates, fields, bytes, drops"),
+    ("s", "setup", "Setup", "calibrations, radio, modes, failsafes, motors, gains"),
+    ("l", "links", "Links", "losses, rates, radios of every path; add, close"),
+    ("g", "plots", "Plots", "any value of any vehicles over time, live"),
+    ("o", "onboard", "Onboard logs", "logs on vehicles: list, download several at once"),
+    ("f", "flights", "Flights", "recorded flights and logs: what happened, replay"),
+    ("a", "traffic", "Traffic", "tracks, ADS-B, Remote ID; tasks for planners"),
+    ("t", "tasks", "Tasks", "what goes on, cancel; who is connected, hand over"),
 )
 """Screens without a key of their own: letter in the menu of `S`, mode, name, what is on it."""
 

@@ -86,11 +86,11 @@ async def test_the_newest_of_each_vehicle_are_downloaded_at_once_with_progress_a
 async def test_a_download_is_cancelled_and_others_go_on() -> None:
     async with listed() as c:
         await c.press("delete")
-        assert "choose a log that is being downloaded" in panel(c)
+        assert "the chosen log is not being downloaded" in panel(c)
         await c.pilot.press("enter")
         await until(c, lambda: screen(c).downloads.logs[1, 12].task is not None)
         await c.pilot.press("delete")
-        await until(c, lambda: "FAILED: cancelled" in c.text())
+        await until(c, lambda: " cancelled" in c.text())
         assert [r for r in c.station.requests if isinstance(r, CancelTask)] == [CancelTask(3)]
 
 

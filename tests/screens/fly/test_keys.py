@@ -579,3 +579,11 @@ async def test_a_number_selects_on_every_screen_of_vehicles(letter: str) -> None
     async with console(WIDE, flight) as c:
         await c.press("S", letter, "3", "comma", "5", "enter")
         assert c.app.feed.selection.ids == (3, 5)
+
+
+async def test_the_menu_of_screens_is_not_cut() -> None:
+    async with console(NARROW, flight) as c:
+        await c.press("S")
+        lines = c.app.screen.text().splitlines()
+        assert sum(line.strip().startswith(tuple("pislgofat")) for line in lines) >= 9
+        assert not any(line.rstrip(" ┃│").endswith("..") for line in lines)

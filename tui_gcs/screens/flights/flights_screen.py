@@ -30,6 +30,8 @@ from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.flights.flight_lists import FlightList, FlightPanel, TimelineList, remark
 from tui_gcs.widgets.forms.prompt_bar import PromptBar
 
+OPENED_LABELS = {"enter": "replay", "replay": "", "next_severity": "severity", "cancel": "back"}
+"""What keys do in an opened flight, for the footer."""
 SEVERITIES = {DEBUG: "", NOTICE: "notices", WARNING: "warnings", CRITICAL: "critical"}
 
 
@@ -65,6 +67,7 @@ class FlightsScreen(PolledScreen):
         self.export_bar = PromptBar("export")
         self.open_bar = PromptBar("open")
         self._export_of: RecordedFlight | None = None
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="show_flights")
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the lists, the panel, the questions and the footer."""
@@ -74,7 +77,7 @@ class FlightsScreen(PolledScreen):
         yield self.panel
         yield self.export_bar
         yield self.open_bar
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_flights")
+        yield self.footer
 
     @on(events.ScreenResume)
     def look_again(self) -> None:
@@ -108,6 +111,7 @@ class FlightsScreen(PolledScreen):
             set_title(self.flight_list, f"{title}   {find}" if find else title)
         else:
             self._show_timeline(*self._opened, words, find)
+        self.footer.relabel(OPENED_LABELS if self._opened is not None else {})
         flight = self._opened[0] if self._opened is not None else self.flight_list.chosen_row
         self.panel.show(flight, self._opened[1] if self._opened is not None else None, self.files.report)
 

@@ -10,6 +10,7 @@ from textual.binding import BindingType
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.vehicle_log_actions import VEHICLE_LOG_ACTIONS
 from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import SelectionChanged, StationBack, StationLost
 from tui_gcs.feed.task_requests import TaskOutcome
@@ -78,7 +79,8 @@ class VehicleLogsScreen(ListScreen):
             parts.append("STATION SILENT")
         set_title(self.log_list, "   ".join(parts))
         self.panel.show(None, None, self.edits.report)
-        set_title(self.panel, f"for vehicles {ids(self.feed.shown_vehicles()) or 'none'}")
+        shown = self.feed.shown_vehicles()
+        set_title(self.panel, f"for {vehicles_words(shown)}" if shown else "no vehicle is heard yet")
 
     def show_chosen(self) -> None:
         """Show the chosen row."""
@@ -115,7 +117,7 @@ class VehicleLogsScreen(ListScreen):
             reasons = "; ".join(f"vehicle {one.vehicle}: {one.text}" for one in failed)
             self.edits.say(f"{what}: {len(failed)} of {len(ended)} NOT DONE: {reasons}", Ink.WARNING)
         else:
-            self.edits.say(f"{what}: done for vehicles {ids(sorted({one.vehicle for one in ended}))}", Ink.NORMAL)
+            self.edits.say(f"{what}: done for {vehicles_words({one.vehicle for one in ended})}", Ink.NORMAL)
 
     # ---------------------------------------------------------------- keys
 
@@ -133,7 +135,9 @@ class VehicleLogsScreen(ListScreen):
         wanted = [log for log in self.downloads.rows() if log.marked] or ([chosen] if chosen is not None else [])
         wanted = [log for log in wanted if log.task is None]
         if not wanted:
-            self.edits.say("no log is chosen that is not under way: u asks vehicles for their logs", Ink.CAUTION)
+            under_way = "it is being downloaded: Del cancels, the arrows choose another"
+            why = under_way if chosen is not None else "no log is listed: u asks vehicles for their logs"
+            self.edits.say(why, Ink.CAUTION)
         else:
             self._run(f"download of {len(wanted)}", lambda: self.downloads.download(wanted))
 
@@ -154,7 +158,7 @@ class VehicleLogsScreen(ListScreen):
         """Cancel the download of the chosen log."""
         log, why = self._chosen, self._why_not()
         if why or log is None or log.task is None:
-            self.edits.say(why or "choose a log that is being downloaded", Ink.CAUTION)
+            self.edits.say(why or "the chosen log is not being downloaded: the arrows choose another", Ink.CAUTION)
             return
 
         async def end() -> None:

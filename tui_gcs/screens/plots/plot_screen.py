@@ -153,12 +153,18 @@ class PlotScreen(Screen[None]):
         return Curve(clean(plan.label(value), 60), times_s, values)
 
     def _show_state(self, shown: int) -> None:
-        state = "FROZEN" if self.is_frozen and self.source.is_live else "live" if self.source.is_live else "recorded"
+        state = (
+            "FROZEN: z goes on"
+            if self.is_frozen and self.source.is_live
+            else "live"
+            if self.source.is_live
+            else "recorded"
+        )
         hidden = len(self.plan.panes) - shown
         more = f"   {hidden} panes more: up, down" if hidden and not self._is_large else ""
         self.state_line.show(
             (f" window {self.plan.window_words}   ", Ink.TEXT),
-            (state, Ink.CAUTION if state == "FROZEN" else Ink.NORMAL),
+            (state, Ink.CAUTION if state.startswith("FROZEN") else Ink.NORMAL),
             (f"{more}   ", Ink.MUTED),
             self._report,
         )

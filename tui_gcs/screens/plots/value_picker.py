@@ -83,7 +83,8 @@ class ValuePicker(TextDialog[None]):
         room = max(1, min(24, self.room - LINES_BESIDE))
         first = max(0, self._at - room + 1)
         whose = id_ranges(meant) or "none yet"
-        whose = f"   vehicles {whose if len(whose) <= MAX_VEHICLE_CELLS else len(meant)}"
+        other = "" if split_vehicles(self._typed)[0] else "   (v3 or v1-4 before the words: others)"
+        whose = f"   vehicles {whose if len(whose) <= MAX_VEHICLE_CELLS else len(meant)}{other}"
         lines: list[Line] = [[("/ ", Ink.BOLD), (f"{self._typed}_", Ink.BOLD), (whose, Ink.MUTED)]]
         for index, name in enumerate(found[first : first + room], start=first):
             at = index == self._at

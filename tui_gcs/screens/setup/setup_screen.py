@@ -101,6 +101,7 @@ class SetupScreen(PolledScreen):
         self.section_list.empty_text = "no vehicle was heard" if not vehicles else "asking the station"
         self.field_list.empty_text = "R reads it from the vehicles"
         self.section_list.show_kept(self.watch_setup.sections, lambda row: row.section)
+        self.field_list.vehicles = vehicles
         self.field_list.show_kept(self.watch_setup.fields, lambda row: row.key)
         set_title(self.section_list, vehicles_words(vehicles) if vehicles else "setup")
         all_ = "" if self.feed.selection.ids else "   looking only: s selects which are set up"

@@ -63,6 +63,7 @@ class TrafficScreen(PolledScreen):
         self.point_list = PointList(glyphs=glyphs)
         self.panel = TrafficPanel(glyphs=glyphs)
         self.point_bar = PointPrompt(feed, cursor)
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="show_traffic")
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the lists, the panel, the question and the footer."""
@@ -71,7 +72,7 @@ class TrafficScreen(PolledScreen):
         yield self.point_list
         yield self.panel
         yield self.point_bar
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_traffic")
+        yield self.footer
 
     @on(events.ScreenResume)
     @on(StationBack)
@@ -98,6 +99,7 @@ class TrafficScreen(PolledScreen):
         near = sum(contact.is_near for contact in self.contact_list.rows)
         set_title(self.contact_list, f"beside the fleet  {len(self.contact_list.rows)}   {near} near{silent}")
         set_title(self.point_list, f"tasks for planners  {sum(point.state == 'open' for point in points)} open{silent}")
+        self.footer.relabel({"next_view": "traffic"} if self.has_class("-points") else {"end_point": ""})
         self.panel.show(self.row_list.chosen_row, self.edits.report)
 
     def show_chosen(self) -> None:

@@ -1,6 +1,6 @@
 """The last line: which vehicles commands are for, and the keys that do something now."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, footer_actions
@@ -16,6 +16,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
 
 MAX_IDS_CELLS = 14
+RELABELLED_WEIGHT = 10
 WEIGHTS_ELSEWHERE = {"show_fly": 8, "select": 8, "detach": 6, "palette": 5, "start_stop": 5}
 """Weights on other screens than the fly screen: the way back comes first, what HOLD ALL and the help cover last."""
 
@@ -34,6 +35,7 @@ class FooterLine(LinesView):
         self._feed = feed
         self._typing = False
         self._here = here
+        self._labels: Mapping[str, str] = {}
         self._phases: frozenset[Phase] = frozenset()
         """Phases of all vehicles, on which it depends what keys do."""
 
@@ -57,6 +59,12 @@ class FooterLine(LinesView):
     def on_selection_changed(self, _message: SelectionChanged) -> None:
         """Show which vehicles commands are for now."""
         self.update_lines()
+
+    def relabel(self, labels: Mapping[str, str]) -> None:
+        """Show these labels for actions by id, where a key does something else in the present view of the screen."""
+        if labels != self._labels:
+            self._labels = labels
+            self.update_lines()
 
     def show_typing(self, typing: bool) -> None:
         """Show which keys work while a field has the focus: letters and Space go into it."""
@@ -93,6 +101,12 @@ class FooterLine(LinesView):
                 for action in actions
                 if action.id != self._here
             ]
+        actions = [
+            replace(action, label=self._labels[action.id], weight=RELABELLED_WEIGHT)
+            if action.id in self._labels
+            else action
+            for action in actions
+        ]
         if self._typing:
             actions = while_typing(actions)
         return [runs + _keys(actions, width - sum(len(text) for text, _ in runs))]

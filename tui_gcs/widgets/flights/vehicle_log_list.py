@@ -12,6 +12,8 @@ from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.strips import cut
 from tui_gcs.widgets.flights.flight_lists import size_words
 
+CANCELLED = "cancelled"
+"""How the station reports the end of a task that an operator cancelled."""
 LogLine = tuple[int, LogRow, bool, TaskInfo | None, TaskOutcome | None]
 """Vehicle, log, whether it is marked, the download under way, and the end of the last one."""
 
@@ -46,5 +48,5 @@ def download_words(task: TaskInfo | None, outcome: TaskOutcome | None) -> str:
     if outcome is None:
         return ""
     if not outcome.ok:
-        return f"FAILED: {outcome.text}"
+        return outcome.text if outcome.text == CANCELLED else f"FAILED: {outcome.text}"
     return f"done: {outcome.result.path}" if outcome.result is not None and outcome.result.path else "done"

@@ -24,7 +24,10 @@ class LinkList(RowsView[WatchedLink]):
     def header(self, width: int) -> Line:
         """Return the column titles."""
         return [
-            (f"  {'LINK':<{LINK_CELLS}} {'VEH':>4} {'IN B/S':>7} {'OUT':>6} {'OF':>7} {'SET':<13} RADIO", Ink.MUTED)
+            (
+                f"  {'LINK':<{LINK_CELLS}} {'VEH':>4} {'IN B/S':>7} {'OUT':>6} {'BUDGET':>8} {'MESSAGES':<13} RADIO",
+                Ink.MUTED,
+            )
         ]
 
     def row_line(self, row: WatchedLink, width: int, *, is_chosen: bool) -> Line:

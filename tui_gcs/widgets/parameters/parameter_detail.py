@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tui_gcs.core.base.float32 import shown
-from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.alarms import id_ranges, vehicles_words
 from tui_gcs.core.protocol.services import ParamInfoRow
 from tui_gcs.feed.fleet_parameters import FleetParameter
 from tui_gcs.widgets.basics.border_titles import framed, set_title
@@ -56,7 +56,7 @@ def detail_lines(parameter: FleetParameter, info: ParamInfoRow | None, width: in
     if (more := len(parameter.groups) - MAX_GROUP_LINES) > 0:
         lines.append([(f"and {more} more values", Ink.MUTED)])
     if parameter.lacking:
-        lines.append([(f"not on vehicles {id_ranges(parameter.lacking)}", Ink.MUTED)])
+        lines.append([(f"not on, or not read from, {vehicles_words(parameter.lacking)}", Ink.MUTED)])
     default = f"default {shown(row.default)}   " if row.default is not None else ""
     lines.append([(f"{default}{row.type}", Ink.MUTED)])
     if info is not None:

@@ -61,7 +61,7 @@ def others_words(row: FleetParameter, lead: int | None) -> str:
         other = [group for group in row.groups if lead not in group.vehicles]
         if len(other) == 1:
             return f"{id_ranges(other[0].vehicles)}: {shown(other[0].value)}"
-        return f"{len(row.groups)} values, {id_ranges(v for group in other for v in group.vehicles)}"
+        return f"{len(row.groups)} different values"
     if row.is_changed and row.row.default is not None:
         return f"default {shown(row.row.default)}"
     return ""

@@ -40,6 +40,8 @@ class FieldList(RowsView[FleetSetupField]):
 
     is_active = False
     """Whether keys are for this list."""
+    vehicles: tuple[int, ...] = ()
+    """The vehicles that the screen is about: a line that only some of them have names those."""
 
     def row_line(self, row: FleetSetupField, width: int, *, is_chosen: bool) -> Line:
         """Return a line; where vehicles differ, each value names its vehicles."""
@@ -51,8 +53,12 @@ class FieldList(RowsView[FleetSetupField]):
             what = cut(label, LABEL_CELLS + 1 + PARAM_CELLS)
         else:
             what = f"{cut(label, LABEL_CELLS)} {cut(group_or_parameter(row), PARAM_CELLS)}"
-        text = f"{MARKS[state]} {what} {field_words(row)}"
+        whose = f"[{id_ranges(row.vehicles)}] " if len(row.values) == 1 and self._is_of_some(row) else ""
+        text = f"{MARKS[state]} {what} {whose}{field_words(row)}"
         return [(cut(text, width), _ink(state, is_chosen=is_chosen, is_active=self.is_active))]
+
+    def _is_of_some(self, row: FleetSetupField) -> bool:
+        return bool(set(self.vehicles).difference(row.vehicles))
 
 
 def group_or_parameter(row: FleetSetupField) -> str:

@@ -84,7 +84,7 @@ def section_runs(section: SectionSummary) -> list[Run]:
 def field_runs(field: FleetSetupField) -> list[Run]:
     """Return the chosen line whole, its parameter, and what is to be done before it is changed."""
     runs: list[Run] = [(f"{field.row.label}: {field_words(field)}", Ink.TEXT)]
-    runs += [(f"first: {prompt}   {id_ranges(vehicles)}", Ink.TEXT) for prompt, vehicles in field.prompts]
+    runs += [(f"note: {prompt}   {id_ranges(vehicles)}", Ink.TEXT) for prompt, vehicles in field.prompts]
     if field.row.param:
         runs.append((f"parameter {field.row.param}", Ink.MUTED))
     return runs

@@ -21,7 +21,7 @@ class ContactList(RowsView[Contact]):
     """A line for each contact; one that is near, or will be, has a mark."""
 
     DEFAULT_CSS = framed("ContactList", "width: 1fr; height: 1fr;")
-    EMPTY = "nothing is detected or received beside the fleet"
+    EMPTY = "nothing is detected or received beside the fleet; R: have selected vehicles report ADS-B"
 
     def header(self, width: int) -> Line:
         """Return the column titles."""

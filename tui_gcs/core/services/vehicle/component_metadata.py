@@ -25,6 +25,8 @@ from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
 
 PARAMETERS, EVENTS = 1, 4
 """Values of COMP_METADATA_TYPE."""
+NAMES = {PARAMETERS: "descriptions of parameters", EVENTS: "descriptions of events"}
+"""What a file holds, in the names of jobs and in the events about them."""
 MAX_FILE_BYTES = 1 << 20
 MAX_JSON_BYTES = 8 << 20
 """The most that a file may unpack to (docs/threats.md B.6-95); PX4's parameters are 0.7 MB."""
@@ -135,7 +137,7 @@ class MetadataJob(FtpReaderJob):
         kind: int,
         on_done: "Callable[[MetadataJob], None] | None" = None,
     ) -> None:
-        super().__init__(service.ftp, vehicle, f"metadata {kind}", on_done)  # type: ignore[arg-type]  # it is called with this job
+        super().__init__(service.ftp, vehicle, f"read {NAMES.get(kind, f'metadata {kind}')}", on_done)  # type: ignore[arg-type]  # it is called with this job
         self._service = service
         self._kind = kind
         self.data = b""
