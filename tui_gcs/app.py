@@ -136,6 +136,7 @@ class ConsoleApp(TerminalApp):
             "tasks": self._tasks_screen,
             "plots": self._plots_screen,
             "flights": self._flights_screen,
+            "rehearsals": self._rehearsals_screen,
             "traffic": self._traffic_screen,
             "onboard": self._onboard_screen,
             "setup": self._setup_screen,
@@ -208,6 +209,12 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.flights.flights_screen import FlightsScreen
 
         return FlightsScreen(self.feed, self.clock, FlightArchive(self.options.recordings), glyphs=self.glyphs)
+
+    def _rehearsals_screen(self) -> Screen[None]:
+        from tui_gcs.screens.rehearsals.rehearsals_screen import RehearsalsScreen
+
+        state = self.options.recordings.get(RunKind.SIM)
+        return RehearsalsScreen(self.feed, self.clock, state, self.commands.unapplied, glyphs=self.glyphs)
 
     def _traffic_screen(self) -> Screen[None]:
         from tui_gcs.screens.traffic.traffic_screen import TrafficScreen

@@ -49,6 +49,7 @@ PLAN_ACTIONS = (
     action("zoom_in", "greater_than_sign", "", "farther, closer", MAP, shown="< >", do="zoom(1)"),
     action("zoom_out", "less_than_sign", "", "", MAP, do="zoom(-1)"),
     action("fit", "z", "", "everything in view", MAP, do="map_view.fit"),
+    action("rehearse", "H", "", "the rehearsals screen: rehearse what is applied, see what changed since", EDIT),
     action("missions", "m", "missions", "missions, fences, rally points of each vehicle", EDIT, 7),
     action("keep", "k", "", "scenario changed meanwhile: keep this copy", EDIT, do="apply.keep"),
     action("discard", "d", "", "scenario changed meanwhile: take the station's", EDIT, do="apply.discard"),

@@ -8,6 +8,7 @@ from tui_gcs.actions.mission_actions import MISSION_ACTIONS
 from tui_gcs.actions.parameter_actions import PARAMETER_ACTIONS
 from tui_gcs.actions.plan_actions import PLAN_ACTIONS
 from tui_gcs.actions.plot_actions import PLOT_ACTIONS
+from tui_gcs.actions.rehearsal_actions import REHEARSAL_ACTIONS
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.actions.setup_actions import SETUP_ACTIONS
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
@@ -28,6 +29,7 @@ SCOPES = {
     "links": LINK_ACTIONS,
     "tasks": TASK_ACTIONS,
     "flights": FLIGHT_ACTIONS,
+    "rehearsals": REHEARSAL_ACTIONS,
     "onboard": VEHICLE_LOG_ACTIONS,
     REPLAY_SCOPE: REPLAY_ACTIONS,
     "plots": PLOT_ACTIONS,

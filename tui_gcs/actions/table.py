@@ -61,6 +61,7 @@ MENU_SCREENS = (
     ("g", "plots", "Plots", "any value of any vehicles over time, live"),
     ("o", "onboard", "Onboard logs", "logs on vehicles: list, download several at once"),
     ("f", "flights", "Flights", "recorded flights and logs: what happened, replay"),
+    ("r", "rehearsals", "Rehearsals", "rehearse now; gates, what changed since, reports"),
     ("a", "traffic", "Traffic", "tracks, ADS-B, Remote ID; tasks for planners"),
     ("t", "tasks", "Tasks", "what goes on, cancel; who is connected, hand over"),
 )

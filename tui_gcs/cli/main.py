@@ -183,7 +183,8 @@ def _add_rehearse(commands: options.Commands) -> None:
     parser.add_argument("--vehicles", type=int, metavar="N", help=known)
     known = "write every metric of the planners over time there (CSV), and single events beside it (FILE-events.csv)"
     parser.add_argument("--metrics", metavar="FILE.csv", help=known)
-    parser.add_argument("--report", metavar="FILE.html", help="write pictures, numbers and events there, for a browser")
+    known = "write pictures, numbers and events there, for a browser; without a file beside the recording"
+    parser.add_argument("--report", metavar="FILE.html", nargs="?", const="", help=known)
     options.report(parser)
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="only the first N rounds")

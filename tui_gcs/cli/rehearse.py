@@ -15,16 +15,20 @@ from tui_gcs.cli.lock_step_run import read_request
 from tui_gcs.cli.result_table import document, show, written
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import FLEET, Bus
 from tui_gcs.core.protocol.common import decode
+from tui_gcs.core.records.rehearsal_files import REPORT_NAME, RESULT_NAME, SCENARIO_NAME
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, plan_digest, remember
 from tui_gcs.planner.runtime.planner_subprocess import FrameTime
 from tui_gcs.rehearsal.fault_schedule import FaultScheduleError, ScheduledFault, drains, losses, restart
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 from tui_gcs.rehearsal.report.page import page
 
+IN_THE_FOLDER = ""
+"""The value of `--report` without a file: the report goes beside the recording."""
 IN_THE_PLAN = ("scenario", "autopilots", "planner", "set", "vehicles")
 """Conditions that are part of the plan itself, or noted apart from the others."""
 
@@ -32,7 +36,9 @@ IN_THE_PLAN = ("scenario", "autopilots", "planner", "set", "vehicles")
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table and write the report. The exit code is 0 only if every gate holds."""
     check_output(arguments)
-    for file in (arguments.report, arguments.metrics):
+    if (arguments.report or "").endswith(".toml"):
+        raise CommandError(f"--report {clean(arguments.report, 400)}: a scenario would be overwritten; name it first")
+    for file in (arguments.report or None, arguments.metrics):
         check_writable(file)
     records: list[FlightRecord] = []
     flown = SimulatedTime()
@@ -40,13 +46,15 @@ def run(arguments: argparse.Namespace) -> int:
     def watch(bus: Bus, _referee: Referee) -> None:
         bus.subscribe(FLEET, flown.on_frame)
         # Recording measures the idleness of every zone a second time, so it is done for a report only.
-        if arguments.report:
+        if arguments.report is not None:
             records.append(FlightRecord(scenario, bus))
 
     try:
         planned = _faults(arguments)
         flight = read_request(arguments, "rehearsal")
         scenario, begin_s = flight.scenario, time.monotonic()
+        if arguments.report == IN_THE_FOLDER:
+            arguments.report = str(flight.folder / REPORT_NAME)
         plan = plan_digest(scenario, flight.planners)
         result, problem = flight.fly(planned, watch)
     except FaultScheduleError as error:
@@ -55,6 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
     unwritten = []
     if arguments.metrics and not metric_files.write(arguments.metrics, result):
         unwritten.append(arguments.metrics)
+    report = document(result, problem)
+    _keep(flight.folder, flight.toml, report)
     flight.tell_links()
     if arguments.rounds in (None, len(scenario.rounds)):
         _remember(scenario.name, plan, result, problem, arguments, flight.folder.name)
@@ -62,7 +72,13 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.report and not _reported(arguments, records[0], result, problem, planned):
         unwritten.append(arguments.report)
     flight.bound_folders()
-    return _finish(arguments, document(result, problem), unwritten)
+    return _finish(arguments, report, unwritten)
+
+
+def _keep(folder: Path, toml: str, report: CommandReport) -> None:
+    """Write scenario and result beside the recording, for the console; a failure is one line on stderr."""
+    if written(str(folder / SCENARIO_NAME), toml.encode()):
+        written(str(folder / RESULT_NAME), msgspec.json.encode(report))
 
 
 def _finish(arguments: argparse.Namespace, report: CommandReport, unwritten: list[str]) -> int:

@@ -18,6 +18,7 @@ SCREENS = (
     "inspect.inspector_screen",
     "links.links_screen",
     "tasks.tasks_screen",
+    "rehearsals.rehearsals_screen",
     "plots.live_plots_screen",
     "flights.flights_screen",
     "traffic.traffic_screen",

@@ -24,6 +24,7 @@ from tui_gcs.screens.missions.missions_screen import MissionsScreen
 from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
 from tui_gcs.screens.plan.plan_screen import PlanScreen
 from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
+from tui_gcs.screens.rehearsals.rehearsals_screen import RehearsalsScreen
 from tui_gcs.screens.setup.setup_screen import SetupScreen
 from tui_gcs.screens.tasks.tasks_screen import TasksScreen
 from tui_gcs.screens.traffic.traffic_screen import TrafficScreen
@@ -53,6 +54,8 @@ def screen_of(scope: str) -> Screen | type[ReplayApp]:
         return ReplayApp
     if scope == "flights":
         return FlightsScreen(feed, clock, FlightArchive({}))
+    if scope == "rehearsals":
+        return RehearsalsScreen(feed, clock, None, lambda: 0)
     if scope == "plots":
         return LivePlotsScreen(feed, ValueRecorder(feed.requests))
     return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen}[scope](feed)

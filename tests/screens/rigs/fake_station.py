@@ -133,6 +133,8 @@ class FakeStation:
     metrics: dict[str, float] = field(default_factory=dict)
     planner_error: str = ""
     """What every planner counts."""
+    toml: str = ""
+    """The text of the scenario."""
     seq: int = 0
     started_s: float = NAN
 
@@ -340,7 +342,7 @@ class FakeStation:
         return m.Reply(ok=not self.protocol_answer, text=self.protocol_answer, status=status)
 
     def _scenario(self, _request: m.GetScenario) -> m.Reply:
-        change = m.ScenarioChanged(revision=1, path="swarm-challenge.toml", toml="", scenario=self.scenario)
+        change = m.ScenarioChanged(revision=1, path="swarm-challenge.toml", toml=self.toml, scenario=self.scenario)
         return m.Reply(ok=True, scenario=change)
 
     def _events(self, request: m.GetEvents) -> m.Reply:

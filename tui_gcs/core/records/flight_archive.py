@@ -21,6 +21,7 @@ from tui_gcs.core.mavlink.frames import MAGIC, check_frame, frame_end
 from tui_gcs.core.protocol.journal import EventClass, JournalEvent
 from tui_gcs.core.records.event_log import INFO
 from tui_gcs.core.records.onboard_logs import EARLIEST_WALL_S
+from tui_gcs.core.records.rehearsal_files import FILE_NAMES
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, read_rehearsals
 
 ENDINGS = {".tlog": "telemetry log", ".bin": "ArduPilot log", ".ulg": "PX4 log"}
@@ -132,8 +133,11 @@ def delete_flight(flight: RecordedFlight, now_wall_s: float) -> str:
         for beside in (path.with_suffix(".jsonl"), path.with_name(f"{path.stem}-planners.log")):
             if flight.is_telemetry:
                 beside.unlink(missing_ok=True)
-        if flight.source == "rehearsal" and not any(path.parent.iterdir()):
-            path.parent.rmdir()
+        if flight.source == "rehearsal":
+            for name in FILE_NAMES:
+                path.with_name(name).unlink(missing_ok=True)
+            if not any(path.parent.iterdir()):
+                path.parent.rmdir()
     except OSError as error:
         return f"{clean(path.name, 60)}: {error.strerror or error}"
     return ""

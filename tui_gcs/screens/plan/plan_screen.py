@@ -404,6 +404,10 @@ class PlanScreen(DraftScreen):
         """Show the missions screen instead of this one."""
         self.app.switch_mode("missions")
 
+    def action_rehearse(self) -> None:
+        """Show the rehearsals screen instead of this one."""
+        self.app.switch_mode("rehearsals")
+
     async def action_detach_asking(self) -> None:
         """Detach; if changes were neither applied nor saved, at the second press."""
         lost = self.model.changes and self.model.unsaved

@@ -104,6 +104,10 @@ class PreflightScreen(TextDialog[None]):
             self._read(anew=True)
         elif event.key == "S":
             self._ask_name(self._sign)
+        elif event.key == "H":
+            self.finish(None)
+            self.app.switch_mode("rehearsals")
+            return
         self.redraw()
 
     def _type(self, event: events.Key) -> None:
@@ -201,8 +205,8 @@ class PreflightScreen(TextDialog[None]):
             return [(" your name ", Ink.SELECTED), (f" {self._typed}_   Enter   Esc = no", Ink.BOLD)]
         marked = self.marked()
         keys = ["y acknowledge"] if marked is not None and self._can_acknowledge(marked) else []
-        keys += [] if self._feed.requests.read_only else ["S sign", "R read again"]
-        keys += ["arrows mark"] if len(self.rows()) > 1 else []
+        keys += [] if self._feed.requests.read_only else ["S sign", "R read", "H rehearse"]
+        keys += ["arrows"] if len(self.rows()) > 1 else []
         return [(" Esc = close ", Ink.SELECTED), (f"  {'   '.join(keys)}", Ink.BOLD)]
 
 
