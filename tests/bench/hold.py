@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tests.bench.latency import percentile
 from tests.bench.row import NotMeasured, Row
-from tests.bench.sender import COMMAND_LONG, answers
+from tests.bench.sender import answers, is_question
 from tests.bench.station import SCENARIO
 from tests.bench.stream import stream
 from tui_gcs.core.base.clock import VirtualClock
@@ -79,7 +79,7 @@ class HeardFleet:
             began_s = time.process_time()
         while self.link.sent:
             data, (_, system) = self.link.sent.popleft()
-            if data[7:10] == COMMAND_LONG and int(system) in self._newest:
+            if is_question(data) and int(system) in self._newest:
                 answer, _ = answers(int(system), data, self._newest[int(system)])
                 self.link.inject(answer, ("vehicle", int(system)))
         return self._next is not None

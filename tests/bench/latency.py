@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 
 from tests.bench.row import NotMeasured, Row
-from tests.bench.sender import COMMAND_LONG, answers
+from tests.bench.sender import answers, is_question
 from tests.bench.station import LiveStation
 from tests.bench.stream import Datagram, frame, frames_of, stream
 from tests.rigs.console_pty import PtyConsole
@@ -160,7 +160,7 @@ class Probe:
                 seconds, nanoseconds = struct.unpack("@ll", stamp)
                 arrived_ns = seconds * 1_000_000_000 + nanoseconds
         self.heard.append((arrived_ns, data))
-        if data[7:10] == COMMAND_LONG:
+        if is_question(data):
             self._udp.send(answers(PROBE, data, self._newest)[0])
 
 

@@ -16,7 +16,7 @@ from collections import Counter
 from tests.bench.stream import Datagram, frame, frames_of, stream
 
 STEP_S = 0.005
-COMMAND_LONG = b"\x4c\x00\x00"
+COMMAND_LONG, TIMESYNC = b"\x4c\x00\x00", b"\x6f\x00\x00"
 REQUEST_MESSAGE, AUTOPILOT_VERSION = 512, 148
 ACCEPTED = 0
 
@@ -72,17 +72,24 @@ class Fleet:
             except OSError:
                 continue
             self.heard += 1
-            if data[7:10] == COMMAND_LONG:
+            if is_question(data):
                 self.send(vehicle, *answers(vehicle + 1, data, self.newest[vehicle]))
 
 
-def answers(system: int, command: bytes, newest: bytes) -> tuple[bytes, int]:
-    """The acknowledgement of a COMMAND_LONG, with what it asked for; and how many frames that is.
+def is_question(data: bytes) -> bool:
+    """Whether a station's frame is answered: a command, or a request for the time (its tc1 is 0)."""
+    return data[7:10] == COMMAND_LONG or (data[7:10] == TIMESYNC and not any(data[10:18]))
+
+
+def answers(system: int, asked: bytes, newest: bytes) -> tuple[bytes, int]:
+    """The acknowledgement of a COMMAND_LONG, with what it asked for, or the time; and how many frames that is.
 
     They have the number of the newest frame: late ones, not losses.
     """
     seq = list(frames_of(newest))[-1][4]
-    payload = command[10:-2].ljust(33, b"\0")
+    payload = asked[10:-2].ljust(33, b"\0")
+    if asked[7:10] == TIMESYNC:
+        return frame(system, seq, "TIMESYNC", {"tc1": 1, "ts1": int.from_bytes(payload[8:16], "little")}), 1
     number = int.from_bytes(payload[28:30], "little")
     ack = {"command": number, "result": ACCEPTED, "progress": 0, "result_param2": 0}
     data = frame(system, seq, "COMMAND_ACK", ack | {"target_system": 0, "target_component": 0})
