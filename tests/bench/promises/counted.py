@@ -3,12 +3,16 @@
 `python -m tests.bench promises` takes some minutes. Random inputs come from one seed.
 """
 
+import asyncio
 import base64
+import gc
 import random
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+from rich.color import ColorSystem
 
 from tests.bench.latency import percentile
 from tests.bench.promises.big_files import big_files
@@ -22,6 +26,7 @@ from tests.core.rigs.wires import Wire, Wired, apart
 from tests.hostile.oracle import KEY, Oracle, Watched
 from tests.hostile.test_forged import forgeries
 from tests.hostile.test_identity import accepted, listening
+from tests.screens.rigs.meter import PERIOD_S, metered
 from tui_gcs.core.firmware.plan_dialects import dialect_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
@@ -41,6 +46,7 @@ MISSION_LOSSES = (0.2, 0.3)
 OUTAGES, FALSE_LOST_S, FALSE_LOST_LOSS = 100, 3600.0, 0.2
 DUPLICATES, REBOOTS = 30, 30
 VEHICLES, RADIO_S = 8, 600.0
+CONSOLE_WARM_S, CONSOLE_S = 10.0, 120.0
 ORDERS = frozenset({"COMMAND_LONG", "COMMAND_INT", "SET_MODE", "PARAM_SET", "MISSION_COUNT", "MISSION_CLEAR_ALL"})
 QUESTIONS = frozenset({511, 512})
 """Commands that request messages."""
@@ -48,7 +54,18 @@ QUESTIONS = frozenset({511, 512})
 
 def promises(folder: Path) -> Iterator[Row]:
     """Each part in a folder of its own."""
-    for part in (lost_links, duplicates, reboots, missions, radio, orders, forged, big_files, system_calls):
+    for part in (
+        lost_links,
+        duplicates,
+        reboots,
+        missions,
+        radio,
+        console_frames,
+        orders,
+        forged,
+        big_files,
+        system_calls,
+    ):
         place = folder / part.__name__
         place.mkdir()
         yield from part(place)
@@ -167,6 +184,22 @@ def radio(_: Path, seconds: float = RADIO_S) -> Iterator[Row]:
         heartbeats = 100.0 * ground.heard[HEARTBEAT] / (VEHICLES * seconds)
         yield Row(f"{name}: heartbeats received", heartbeats, "%", None if loss else 99.0, at_least=True)
         yield Row(f"{name}: age of positions, p95", ground.p95_age_s(), "s", 1.5)
+
+
+def console_frames(_: Path, seconds: float = CONSOLE_S) -> Iterator[Row]:
+    """R23: the console's CPU time for each picture of eight flying vehicles, in truecolour."""
+
+    async def fly() -> list[float]:
+        async with metered(VEHICLES, ColorSystem.TRUECOLOR) as meter:
+            await meter.fly(CONSOLE_WARM_S)
+            gc.collect()
+            gc.freeze()  # as a console does when it has started
+            return [1e3 * (await meter.fly(PERIOD_S))[1] for _ in range(round(seconds / PERIOD_S))]
+
+    frames_ms = asyncio.run(fly())
+    gc.unfreeze()
+    yield Row(f"R23 {len(frames_ms)} pictures of 8 vehicles: CPU p99", percentile(frames_ms, 99), "ms", 100)
+    yield Row("R23 the slowest of them", max(frames_ms), "ms", 100)
 
 
 def orders(folder: Path) -> Iterator[Row]:
