@@ -20,8 +20,13 @@ class InspectedMessage:
     row: MessageRow
     rate_hz: float
     """NaN until it was counted twice."""
-    words: str
-    """What the filter looks into, in lower case."""
+
+    @property
+    def words(self) -> str:
+        """What the filter looks into, in lower case: not kept, because most pictures have no filter."""
+        key = self.row.key
+        who = f"v{self.row.vehicle}" if self.row.vehicle else f"stranger system {key.system}"
+        return f"{who} c{key.component} {self.row.name} {key.msgid} {key.link} {key.address}".casefold()
 
 
 @dataclass(frozen=True)
@@ -87,9 +92,7 @@ class MessageInspector:
         if found is None:
             return
         self._rates.add(found.t_s, {row.key: row.count for row in found.rows})
-        self.messages = tuple(
-            InspectedMessage(row, self._rates.of(row.key), _words(row)) for row in sorted(found.rows, key=_order)
-        )
+        self.messages = tuple(InspectedMessage(row, self._rates.of(row.key)) for row in sorted(found.rows, key=_order))
         self.dropped = self._count_dropped(found, station_dropped)
         self.frame = await self._inspected(found.detail) if found.detail is not None else None
         self.left_out = found.left_out
@@ -132,15 +135,12 @@ class MessageInspector:
 def matching(messages: Sequence[InspectedMessage], words: str) -> list[InspectedMessage]:
     """Return the messages that have every word in their vehicle, component, name, number, link or address."""
     wanted = words.casefold().split()
-    return [each for each in messages if all(word in each.words for word in wanted)] if wanted else list(messages)
+    if not wanted:
+        return list(messages)
+    searched = ((each, each.words) for each in messages)
+    return [each for each, words in searched if all(word in words for word in wanted)]
 
 
 def _order(row: MessageRow) -> tuple[bool, int, int, int, str, str, str]:
     key = row.key
     return not row.vehicle, row.vehicle, key.system, key.component, row.name, key.link, key.address
-
-
-def _words(row: MessageRow) -> str:
-    key = row.key
-    who = f"v{row.vehicle}" if row.vehicle else f"stranger system {key.system}"
-    return f"{who} c{key.component} {row.name} {key.msgid} {key.link} {key.address}".casefold()

@@ -74,7 +74,17 @@ def crowded(station: FakeStation) -> None:
 def busy(station: FakeStation) -> None:
     """Downloads of sixty vehicles that go on."""
     station.tasks = {
-        n: TaskInfo(number=n, vehicle=n, what="log 1", state="running", done=round(station.t_s), total=1000, text="")
+        n: TaskInfo(
+            number=n,
+            vehicle=n,
+            what="log 1",
+            state="running",
+            done=round(station.t_s),
+            total=1000,
+            text="",
+            who="you",
+            age_s=1.0,
+        )
         for n in range(1, min(TASKS, station.count) + 1)
     }
 

@@ -17,8 +17,11 @@ from tui_gcs.widgets.basics.strips import Run
 
 MAX_IDS_CELLS = 14
 RELABELLED_WEIGHT = 10
-WEIGHTS_ELSEWHERE = {"show_fly": 8, "select": 8, "detach": 6, "palette": 5, "start_stop": 5}
+WEIGHTS_ELSEWHERE = {"show_fly": 8, "select": 8, "detach": 6, "palette": 5, "start_stop": 5, "orders": 5}
 """Weights on other screens than the fly screen: the way back comes first, what HOLD ALL and the help cover last."""
+
+FLEET_SCREEN = "show_vehicles"
+"""There, too, vehicles are ordered about."""
 
 
 class FooterLine(LinesView):
@@ -96,8 +99,9 @@ class FooterLine(LinesView):
                 if not action.is_hidden(context)
             ]
         if self._here:
+            weights = {**WEIGHTS_ELSEWHERE, "orders": 8} if self._here == FLEET_SCREEN else WEIGHTS_ELSEWHERE
             actions = [
-                replace(action, weight=WEIGHTS_ELSEWHERE.get(action.id, action.weight))
+                replace(action, weight=weights.get(action.id, action.weight))
                 for action in actions
                 if action.id != self._here
             ]
