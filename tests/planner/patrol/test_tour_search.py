@@ -6,13 +6,19 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests.bench.zones.baseline import boustrophedon_worst_s
+from tests.bench.zones.flown import task_of
+from tests.bench.zones.scenarios import random_scenario
 from tests.planner.rigs.flights import region_of, zone_of
 from tui_gcs.core.geometry.zones import Rectangle
+from tui_gcs.core.scenario.load import parse
 from tui_gcs.planner.patrol.formation import Formation
 from tui_gcs.planner.patrol.patrol_state import PatrolState, decode, encode
 from tui_gcs.planner.patrol.tour_search import TourSearch, begin_search
 from tui_gcs.planner.patrol.tour_site import TourSite, site_of
 from tui_gcs.planner.patrol.tour_smoothing import PATH_STEPS, TourLimits, flown_as
+from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered
 
 FIELD = Rectangle((300.0, 200.0), 110.0, 85.0, 20.0)
 
@@ -84,3 +90,14 @@ def test_a_zone_under_one_footprint_needs_no_search() -> None:
 def test_a_footprint_that_fills_a_zone_too_often_is_refused_before_anything_is_computed() -> None:
     with pytest.raises(ValueError, match=r"a footprint of 0.001 m radius is too fine to plan a zone of \d+ m2"):
         site_of(FIELD, region_of(zone_of(FIELD)), TourLimits(7.76, 2.375, 0.001), 0.001)
+
+
+def test_where_footprints_are_large_a_longer_tour_may_be_better_and_is_found() -> None:
+    """Seven vehicles that see 50 m far over 2.5 ha: the shortest tour left places out for 7.9 s, lanes for 3.3 s."""
+    drawn = random_scenario(25225, 2)
+    task = task_of(parse(drawn.toml), drawn.autopilot)
+    host = PlannerHost(task.team)
+    host.set_task(task)
+    plan = host.step(KinematicFleet(task, scattered(len(task.members))).frame())
+    assert plan.error == ""
+    assert plan.metrics["predicted_worst_s"] <= boustrophedon_worst_s(task) + 0.05

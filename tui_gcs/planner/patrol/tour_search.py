@@ -24,7 +24,7 @@ from tui_gcs.planner.patrol.tour_construction import lattice_tour
 from tui_gcs.planner.patrol.tour_detours import with_detours
 from tui_gcs.planner.patrol.tour_seeds import seeds
 from tui_gcs.planner.patrol.tour_site import FINER, LOOP_M, TourDesign, TourFinishing, TourSite, site_of
-from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits
+from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits, draft_of
 
 Floats = NDArray[np.floating[Any]]
 
@@ -43,10 +43,13 @@ MAX_FINISHING = 80_000
 """Finishing rounds times cells after which no further try is begun. A round of 3000 cells takes about 20 ms."""
 LANE_TRIES = 2
 """Lane tours among the first tries."""
-WATCHED_SHARE = 0.5
-"""Vehicles are many if the worst idleness is less than this share of the time between two of them at one place."""
+WATCHED_SHARE = 0.9
+"""Footprints are large if the worst idleness is less than this share of the time between two vehicles at one place."""
 SHARP_STEP_M = 3.0
-"""Spacing of control points of lanes with sharp corners."""
+"""Spacing of control points of lanes that are not bent."""
+MIN_CORNERS = 3
+ROUNDED = 2.0
+"""Their control points are so much denser where their corners are rounded as a vehicle flies them."""
 LARGE_LANE_TRIES, MAX_BENT_CELLS = 3, 40_000
 """Lane tours of a large zone; up to so many cells (25 ha) patterns are tried, too, and all are bent."""
 DETOURS_M = (0.5, 1.0, 2.0)
@@ -169,21 +172,25 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
         _add_unbent(search, site, lanes)
         _add_detours(search, site, lanes)
     elif search.best.real.worst_s < WATCHED_SHARE * search.best.tour.period_s / n:
-        _add_sharp_lanes(search, site)
+        _add_straight_lanes(search, site)
     return search
 
 
-def _add_sharp_lanes(search: TourSearch, site: TourSite) -> None:
-    """Try lanes with sharp corners in all directions: vehicles that linger there may watch the whole zone all the time.
+def _add_straight_lanes(search: TourSearch, site: TourSite) -> None:
+    """Try lanes that are not bent in all directions, with rounded and with sharp corners.
 
-    That is where they are so many that places are seen for longer than they wait; then the shortest tour is not best.
+    Where footprints are large a place is in sight for a good part of the time between two vehicles, and for longer on
+    some longer tours: then the shortest tour is not best, and all that was bent before was bent to be short.
     """
     for i, path in enumerate(best_lane_tours(site.cells, site.motion.radius_m, DIRECTIONS)):
-        path = site.region.pulled_inside(resampled(path, SHARP_STEP_M))
-        draft = TourDraft(f"sharp lanes {i}", site.region.closed_inside(path, SHARP_STEP_M), 1.0)
-        judged = site.judged(draft, search.n)
-        if search.best is None or judged.rank < search.best.rank:
-            search.best = judged
+        path = site.region.closed_inside(site.region.pulled_inside(resampled(path, SHARP_STEP_M)), SHARP_STEP_M)
+        if len(path) < MIN_CORNERS:
+            continue
+        rounded = draft_of(f"rounded lanes {i}", path, site.motion).respaced(ROUNDED)
+        for draft in (rounded, TourDraft(f"sharp lanes {i}", path, 1.0)):
+            judged = site.judged(draft, search.n)
+            if search.best is None or judged.rank < search.best.rank:
+                search.best = judged
 
 
 def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
