@@ -262,6 +262,19 @@ def test_a_pilot_keeps_a_vehicle_that_was_on_its_mission(rig: MakeRig) -> None:
     assert int(flight.sim.mode[0]) == LOITER
 
 
+def test_one_that_its_pilot_has_just_taken_may_not_be_stopped(rig: MakeRig) -> None:
+    """For 3 s it counts as on its mission: a hold for separation took it from its pilot then."""
+    flight = aloft(rig, 1)
+    starts_missions(flight, {1: MEETING})
+    flight.run(3.0)
+    vehicle, executive = flight.station.picture.fleet.vehicles[1], flight.station.flight.executive
+    assert executive.may_stop_by_itself(vehicle)
+    flight.pilot(1, LOITER)
+    flight.until(lambda: vehicle.telemetry.custom_mode == LOITER, 3.0)
+    assert flight.station.flight.flights.by_id[1].step is TakenOut.ON_BOARD
+    assert not executive.may_stop_by_itself(vehicle)
+
+
 # ---------------------------------------------------------------- patrol and manual flight against missions
 
 
