@@ -3,6 +3,7 @@
 import errno
 import io
 import os
+import pty
 import runpy
 import socket
 import subprocess
@@ -113,6 +114,28 @@ def test_a_state_directory_that_others_may_change_is_one_line(tmp_path: Path, mo
 def test_too_few_open_files_is_one_line(verb: str):
     command = f"ulimit -n 24; exec {sys.executable} -m tui_gcs {verb}"
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr.startswith("tui-gcs: only 24 open files are allowed here, 64 are needed")
+    assert done.stderr.count("\n") == 1
+
+
+def test_too_few_open_files_for_a_console_are_one_line():
+    command = f"ulimit -n 24; exec {sys.executable} -m tui_gcs replay {DATA / 'px4-8.tlog'}"
+    environment = os.environ | {"TERM": "xterm-256color"}
+    ours, terminal = pty.openpty()
+    try:
+        done = subprocess.run(
+            ["sh", "-c", command],
+            stdin=terminal,
+            stdout=terminal,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=60,
+            env=environment,
+        )
+    finally:
+        os.close(ours)
+        os.close(terminal)
     assert done.returncode == 2
     assert done.stderr.startswith("tui-gcs: only 24 open files are allowed here, 64 are needed")
     assert done.stderr.count("\n") == 1
