@@ -136,7 +136,13 @@ for now in range(100, 200):
 @pytest.mark.parametrize("middle", ["os._exit(0)", "time.sleep(100)"], ids=["daemon", "session"])
 @pytest.mark.parametrize(
     ("lives", "then", "teams"),
-    [(100, "workers.end_stuck(['red'])", []), (100, "workers.end()", []), (0.5, "", ["red"]), (100, "", [])],
+    [
+        (100, "workers.end_stuck(['red'])", []),
+        # Nobody keeps workers any more, so that nothing but the end itself kills what they left.
+        (100, "workers.end(); time.sleep(100)", []),
+        (0.5, "", ["red"]),
+        (100, "", []),
+    ],
     ids=["killed", "ended", "died", "team gone"],
 )
 def test_what_a_planner_started_in_another_session_ends_with_it(
