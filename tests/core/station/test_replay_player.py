@@ -10,6 +10,9 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.inspection import GetMessages, GetValues, ValueKey
+from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct
+from tui_gcs.core.protocol.services import ServiceReply
 from tui_gcs.core.records.tlog_reader import TlogError
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.station.replay_player import Player
@@ -181,3 +184,24 @@ def test_a_recorded_loss_is_an_alarm_that_neither_flashes_nor_rings(tmp_path: Pa
     reported = [event.text for event in console.events if event.cls is m.EventClass.ALARM]
     assert "LOST in the air: vehicle 7" in reported
     assert "over: LOST in the air: vehicle 7" in reported
+
+
+def inspected(console: Console, request: m.Request) -> ServiceReply:
+    return m.decode(console.bus.ask(keys.REQUEST.format(principal="console"), m.encode(request)), ServiceReply)
+
+
+def test_inspector_and_plots_are_answered_from_the_recording_also_after_going_back() -> None:
+    console = Console(DATA / "arducopter-8.tlog", speed=16.0)
+    console.run(3.0)
+    now = inspected(console, GetMessages()).inspection
+    assert now is not None and {"HEARTBEAT", "GLOBAL_POSITION_INT"} <= {row.name for row in now.rows}
+    chosen = next(row for row in now.rows if row.name == "ATTITUDE" and row.vehicle == 3)
+    whole = inspected(console, GetMessages(detail=chosen.key)).inspection
+    assert whole is not None and whole.detail is not None
+    assert "roll" in [field.name for field in whole.detail.fields]
+    wanted = (ValueKey(3, "ATTITUDE.time_boot_ms"), ValueKey(3, "WPNAV_SPEED", is_parameter=True), ValueKey(99, "A.b"))
+    late, unknown, nobody = inspected(console, GetValues(wanted)).values
+    assert late.value > 0.0 and math.isnan(unknown.value) and math.isnan(nobody.value)
+    console.ask(ControlReplay(ReplayAct.GO_TO, 5.0))
+    console.run(0.2)
+    assert inspected(console, GetValues(wanted)).values[0].value < late.value

@@ -22,8 +22,8 @@ from tui_gcs.core.protocol import link_report as p
 from tui_gcs.core.protocol.common import Freshness, Reply
 from tui_gcs.core.protocol.services import ServiceReply
 from tui_gcs.core.requests.handler import Access, RequestHandler
-from tui_gcs.core.requests.inspection_requests import address_text
 from tui_gcs.core.station.assembly import StationParts
+from tui_gcs.core.station.received_messages import address_text
 
 SYS_STATUS = 1
 MAX_LINKS = 32

@@ -17,6 +17,7 @@ import msgspec
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.mavlink.frames import decode
 from tui_gcs.core.protocol import bus as keys
@@ -33,11 +34,13 @@ from tui_gcs.core.protocol.common import (
     ScenarioChanged,
     StationStatus,
 )
+from tui_gcs.core.protocol.inspection import GetMessages, GetValues
 from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct, ReplayStatus
 from tui_gcs.core.records.event_log import CRITICAL, INFO, MAX_EVENTS, WARNING
 from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 from tui_gcs.core.scenario.model import Limits, LinkLoss, ResultLimits, Scenario
 from tui_gcs.core.station.fleet_frame import fleet_frame
+from tui_gcs.core.station.received_messages import ReceivedMessages
 from tui_gcs.core.station.replayed_flight import STEP_S, ReplayedFlight, played_gap_s
 
 FRAME_GAP_S = 0.1
@@ -54,7 +57,7 @@ SAME_EVENT_S = 0.5
 """Events that are this close together are one, where an operator goes from event to event."""
 _GLOBAL_POSITION_INT = 33
 _OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
-_decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(m.AnyRequest | ControlReplay)
+_decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(m.AnyRequest | ControlReplay | GetMessages | GetValues)
 _WORDS = {ReplayAct.NEXT_EVENT: "the next event", ReplayAct.NEXT_ALARM: "the next alarm"}
 
 
@@ -299,6 +302,9 @@ class Player:
             return Reply(ok=False, text=f"request not understood: {error}", code=ReplyCode.NOT_UNDERSTOOD)
         if isinstance(request, ControlReplay):
             return self._control(request)
+        if isinstance(request, GetMessages | GetValues):
+            received = ReceivedMessages(self._flight.fleet, self._flight.clock, _no_parameter)
+            return received.messages(request) if isinstance(request, GetMessages) else received.values(request)
         if not isinstance(request, _OBSERVE):
             return Reply(ok=False, text="this is a recording: nothing can be commanded")
         if isinstance(request, m.GetScenario):
@@ -308,6 +314,10 @@ class Player:
         if isinstance(request, m.GetTask):
             return Reply(ok=False, text="a recording has no teams")
         return Reply(ok=True)
+
+
+def _no_parameter(_vehicle: Vehicle, _name: str) -> None:
+    """A recording has no table of parameters: their messages are among the others."""
 
 
 class _LengthMeter:
