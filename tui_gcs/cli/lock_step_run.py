@@ -20,6 +20,7 @@ from tui_gcs.cli.common import (
     simulable,
 )
 from tui_gcs.cli.exit_codes import CommandError
+from tui_gcs.cli.files.check_lines import AUTOPILOTS
 from tui_gcs.cli.flights.scenario_options import ScenarioChanges
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.sim_fleet import weather_of, world_of
@@ -27,6 +28,7 @@ from tui_gcs.client.launcher import StationLaunchError, check_fault
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.open_files import require_open_files
 from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.firmware.own_limits import shipped_problems
 from tui_gcs.core.judging.flight_result import FlightResult
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import Bus
@@ -71,6 +73,14 @@ class LockStepRequest:
         )
         bar.end()
         return found
+
+    def tell_limits(self) -> None:
+        """Report which limits of the scenario the simulated vehicles do not fly: planners plan with less."""
+        flown = self.conditions.autopilots
+        numbers = tuple(AUTOPILOTS[name] for name in AUTOPILOTS if flown in (name, "mixed"))
+        asked = self.scenario.limits
+        for problem in shipped_problems(asked.speed_m_s, asked.accel_m_s2, numbers):
+            sys.stdout.write(f"{problem}; planned with that\n")
 
     def tell_links(self) -> None:
         """Report what bad links did, if any were asked for."""

@@ -55,6 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
         scenario, begin_s = flight.scenario, time.monotonic()
         if arguments.report == IN_THE_FOLDER:
             arguments.report = str(flight.folder / REPORT_NAME)
+        flight.tell_limits()
         plan = plan_digest(scenario, flight.planners)
         result, problem = flight.fly(planned, watch)
     except FaultScheduleError as error:

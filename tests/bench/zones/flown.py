@@ -17,8 +17,9 @@ from tests.bench.zones.scenarios import RandomScenario, random_scenario
 from tests.bench.zones.vetoes import VetoRecord, recorded
 from tui_gcs.cli.files.check_lines import AUTOPILOTS
 from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.firmware.own_limits import own_limits
 from tui_gcs.core.firmware.registry import off_course_m
-from tui_gcs.core.flight.planner_tasks import crewed, crews
+from tui_gcs.core.flight.planner_tasks import crewed, crews, within_own_limits
 from tui_gcs.core.protocol.common import FleetFrame, PlannerTask
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
@@ -88,7 +89,9 @@ def task_of(scenario: Scenario, autopilot: str) -> PlannerTask:
     """Return the task of the only team, for vehicles with this autopilot."""
     crew = crews(scenario)
     task = crewed(scenario, scenario.rounds[0], scenario.teams[0], crew[scenario.teams[0].name])
-    return msgspec.structs.replace(task, off_course_m=off_course_m(AUTOPILOTS[autopilot]))
+    number = AUTOPILOTS[autopilot]
+    task = within_own_limits(task, dict.fromkeys(task.members, own_limits(number, {}, simulated=True)))
+    return msgspec.structs.replace(task, off_course_m=off_course_m(number))
 
 
 def previewed(drawn: RandomScenario, scenario: Scenario) -> ZoneFigures:

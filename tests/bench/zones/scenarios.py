@@ -13,8 +13,7 @@ MIN_M2, MAX_M2 = 100.0, 1e6
 IDEAL_S = (6.0, 60.0)
 """Ideal worst idleness: longer rounds would be no other question, only a longer flight."""
 SPEEDS_M_S = {"ardupilot": (5.0, 8.0, 9.0), "px4": (5.0, 8.0, 8.0)}
-"""Speed limits that vehicles can fly with the parameters they come with: ArduCopter at most 10 m/s (WPNAV_SPEED), a PX4
-in its own simulator 9.8 m/s against the drag of the air. With 12 m/s they lag behind: a planner can only slow down."""
+"""Speed limits that vehicles can fly with the parameters they come with: `core/firmware/own_limits`."""
 FOOTPRINTS_M = (6.0, 60.0)
 LAYER_M, LAYER_GAP_M = 27.0, 7.0
 

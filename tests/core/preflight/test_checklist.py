@@ -456,4 +456,4 @@ def test_a_vehicle_whose_own_limit_is_below_the_scenarios_speed_is_named(rig: Ma
     check = lines(flight)["planner"]
     assert check.text == "flies 5 m/s at most (WPNAV_SPEED), the scenario asks for 8"
     assert check.vehicles == flight.ids[:1] and not check.hard
-    assert flight.station.flight.steering.own_speed_m_s(flight.ids[0]) == 5.0
+    assert flight.station.flight.steering.own_limits(flight.ids[0]).speed_m_s == 5.0

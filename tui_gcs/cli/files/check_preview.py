@@ -15,9 +15,9 @@ import msgspec
 from tui_gcs.cli.files.bounded import TimeUsedUp, bounded
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, NOTE, WORDS, FindingLine
 from tui_gcs.core.base.run_kind import RunKind
-from tui_gcs.core.firmware.own_speed import shipped_speed_m_s
+from tui_gcs.core.firmware.own_limits import OwnLimits, own_limits
 from tui_gcs.core.firmware.registry import off_course_m
-from tui_gcs.core.flight.planner_tasks import crewed, crews, within_own_speeds
+from tui_gcs.core.flight.planner_tasks import crewed, crews, within_own_limits
 from tui_gcs.core.geometry.zones import area_m2
 from tui_gcs.core.judging.team_separation import findings, summary
 from tui_gcs.core.mavlink.enum_names import autopilot_name
@@ -108,11 +108,11 @@ def preview_lines(scenario: Scenario, autopilot: str, seconds: float) -> list[Fi
     for which nothing is left are named.
     """
     number = AUTOPILOTS[autopilot]
-    off_m, own_m_s = off_course_m(number), shipped_speed_m_s(number)
+    off_m, own = off_course_m(number), own_limits(number, {}, simulated=True)
     jobs = {
         (round_.name, job.task.team): job
         for round_ in scenario.rounds
-        for job in _jobs(scenario, round_, off_m, own_m_s, seconds)
+        for job in _jobs(scenario, round_, off_m, own, seconds)
     }
     results = _previews(jobs, seconds)
     lines = [
@@ -121,18 +121,18 @@ def preview_lines(scenario: Scenario, autopilot: str, seconds: float) -> list[Fi
         for finding in _round(scenario, [found for (name, _), found in results.items() if name == round_.name], seconds)
     ]
     told = f"planned for {autopilot_name(number)}, up to {off_m:g} m beside its course (--autopilot)"
-    if own_m_s < scenario.limits.speed_m_s:
-        told += f", with the {own_m_s:g} m/s that it flies at most"
+    if own.speed_m_s < scenario.limits.speed_m_s or own.accel_m_s2 < scenario.limits.accel_m_s2:
+        told += f", with the {own.speed_m_s:g} m/s and {own.accel_m_s2:.3g} m/s2 that it flies at most"
     return [*lines, FindingLine(NOTE, "preview", told)]
 
 
-def _jobs(scenario: Scenario, round_: Round, off_m: float, own_m_s: float, seconds: float) -> Iterator[_Job]:
+def _jobs(scenario: Scenario, round_: Round, off_m: float, own: OwnLimits, seconds: float) -> Iterator[_Job]:
     crew_of, nobody = crews(scenario), FleetFrame(seq=0, t_s=0.0, wall_s=0.0, kind=RunKind.SIM)
     starts_m = {vehicle: place.place_m for crew in crew_of.values() for vehicle, place in crew.items()}
     for team in scenario.teams:
         if team.planner in registry.names():
             task = msgspec.structs.replace(crewed(scenario, round_, team, crew_of[team.name]), off_course_m=off_m)
-            task = within_own_speeds(task, dict.fromkeys(task.members, own_m_s))
+            task = within_own_limits(task, dict.fromkeys(task.members, own))
             yield _Job(PreviewTask(0, task, nobody, starts_m=starts_m), task, seconds)
 
 

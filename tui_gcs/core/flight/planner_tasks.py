@@ -3,13 +3,16 @@
 import math
 from collections.abc import Collection, Mapping
 from itertools import count, islice
+from typing import TypeVar
 
 import msgspec
 
+from tui_gcs.core.firmware.own_limits import OwnLimits
 from tui_gcs.core.flight.flights import places_of, teams_of
 from tui_gcs.core.protocol.planning import PlannerTask
-from tui_gcs.core.scenario.model import Round, Scenario, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import Limits, Round, Scenario, TakeOffPlace, Team, VehicleClass
 
+_Asked = TypeVar("_Asked", Limits, VehicleClass)
 Crew = Mapping[int, TakeOffPlace]
 """The vehicles of one team: where each starts, and its layer."""
 
@@ -48,15 +51,21 @@ def task_of(
     )
 
 
-def within_own_speeds(task: PlannerTask, own_m_s: Mapping[int, float]) -> PlannerTask:
-    """Return the task with the speeds that its members can fly: theirs is `own_m_s`, inf where it is not known."""
+def within_own_limits(task: PlannerTask, own: Mapping[int, OwnLimits]) -> PlannerTask:
+    """Return the task with the speeds and accelerations that its members fly: `own` is what each flies at most."""
     classes = {
-        vehicle: msgspec.structs.replace(kind, speed_m_s=min(kind.speed_m_s, own_m_s.get(vehicle, math.inf)))
-        for vehicle, kind in task.classes.items()
+        vehicle: _within(kind, [own[vehicle]] if vehicle in own else []) for vehicle, kind in task.classes.items()
     }
-    slowest_m_s = min((own_m_s[vehicle] for vehicle in task.members if vehicle in own_m_s), default=math.inf)
-    limits = msgspec.structs.replace(task.limits, speed_m_s=min(task.limits.speed_m_s, slowest_m_s))
+    limits = _within(task.limits, [own[vehicle] for vehicle in task.members if vehicle in own])
     return msgspec.structs.replace(task, limits=limits, classes=classes)
+
+
+def _within(asked: _Asked, own: list[OwnLimits]) -> _Asked:
+    return msgspec.structs.replace(
+        asked,
+        speed_m_s=min(asked.speed_m_s, *(each.speed_m_s for each in own), math.inf),
+        accel_m_s2=min(asked.accel_m_s2, *(each.accel_m_s2 for each in own), math.inf),
+    )
 
 
 def crewed(scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from shapely import LineString, Point
 
+from tui_gcs.core.firmware.own_limits import OwnLimits
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.fleet_monitor import error_m
 from tui_gcs.core.flight.flight_services import FlightServices
@@ -67,8 +68,8 @@ class Steering:
         self._events, self._clock = services.events, services.clock
         self.lost_link_behaviour: Callable[[Vehicle, Vec3], LostLinkBehaviour | None] = lambda vehicle, home_m: None
         """What a vehicle, with its home there, does by itself when it hears nothing."""
-        self.own_speed_m_s: Callable[[int], float] = lambda vehicle: math.inf
-        """What a vehicle flies at most by its own parameters, whatever it is asked for; inf where it is not known."""
+        self.own_limits: Callable[[int], OwnLimits] = lambda vehicle: OwnLimits()
+        """What a vehicle flies at most by its own parameters, whatever it is asked for."""
         self.vetoed_on_slot = 0
         """Set-points refused for vehicles that were on their slot: a planner fault."""
 

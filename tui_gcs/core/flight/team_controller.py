@@ -19,7 +19,7 @@ from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import IN_THE_AIR, Flight
 from tui_gcs.core.flight.intents import IntentController
 from tui_gcs.core.flight.planner_monitor import MAX_PLANS_PER_S, PlannerMonitor, WorkerState
-from tui_gcs.core.flight.planner_tasks import task_of, within_own_speeds
+from tui_gcs.core.flight.planner_tasks import task_of, within_own_limits
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.flight.zone_idleness import ZoneIdleness
 from tui_gcs.core.geometry.idleness_grid import serving
@@ -88,9 +88,9 @@ class TeamController:
         """What the planner of `team` is to do in `round_`, with the vehicles this team has."""
         members = self._flights.members(team.name)
         layers_m = {f.vehicle: f.layer_m for f in self._flights if f.team == team.name}
-        own_m_s = {vehicle: self._steering.own_speed_m_s(vehicle) for vehicle in members}
+        own = {vehicle: self._steering.own_limits(vehicle) for vehicle in members}
         return msgspec.structs.replace(
-            within_own_speeds(task_of(scenario, round_, team, layers_m, members), own_m_s),
+            within_own_limits(task_of(scenario, round_, team, layers_m, members), own),
             revision=revision,
             t_s=self._clock.now(),
             off_course_m=self._steering.off_course_m(members),

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from tui_gcs.core.firmware.own_speed import shipped_problems
+from tui_gcs.core.firmware.own_limits import shipped_problems
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.alarms import id_ranges
@@ -43,8 +43,8 @@ def _note(text: str, detail: str = "", *, is_ok: bool = False) -> ScenarioFindin
 def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
     """Return (round and zone or team, finding) for the whole scenario, in the order of the file."""
     found = [(scenario.name, layers_finding(scenario))]
-    for problem in shipped_problems(scenario.limits.speed_m_s):
-        found.append((scenario.name, _caution(f"limits.speed_m_s {scenario.limits.speed_m_s:g}: {problem}")))
+    asked = scenario.limits
+    found += [(scenario.name, _caution(each)) for each in shipped_problems(asked.speed_m_s, asked.accel_m_s2)]
     for round_ in scenario.rounds:
         found.append((round_.name, area_finding(round_)))
         for zone in round_.zones:

@@ -20,7 +20,7 @@ from tui_gcs.core.preflight.vehicle_checks import (
     CheckFinding,
     failsafes,
     link_quality,
-    own_speed,
+    own_limits,
     plans_on_board,
     standing,
 )
@@ -141,7 +141,7 @@ class PreflightChecklist:
         if fleet.is_live(self._parts):
             yield from (self._judged(vehicle, finding) for finding in failsafes(self._parts, vehicle))
             yield from plans_on_board(self._parts, vehicle)
-            yield from own_speed(self._parts, vehicle)
+            yield from own_limits(self._parts, vehicle)
 
     def _judged(self, vehicle: Vehicle, finding: CheckFinding) -> CheckFinding:
         """The finding as it stands with the operators' acknowledgements: one holds for the same text and vehicle."""

@@ -3,7 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from tui_gcs.core.firmware.own_limits import AskedMotion
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.flight.start_controller import MIN_CLIMB_M_S
 from tui_gcs.core.plans.model import Plan, PlanKind, fence_shapes
 from tui_gcs.core.preflight.readiness import Readiness
 from tui_gcs.core.protocol.preflight import FAILSAFES, CheckState
@@ -77,11 +79,13 @@ def failsafes(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
             yield CheckFinding(name, CheckState.OK, _words(about))
 
 
-def own_speed(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
-    """A line if the vehicle's own parameters keep it from flying as fast as the scenario lets planners plan."""
-    asked_m_s = parts.active.scenario.class_of(vehicle.id).speed_m_s
-    if problem := parts.services.failsafes.speed_problem(vehicle, asked_m_s):
-        yield CheckFinding("planner", CheckState.WARN, problem, "raise the parameter, or lower limits.speed_m_s")
+def own_limits(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
+    """A line if the vehicle's own parameters keep it from flying what the scenario asks of it."""
+    kind, flight = parts.active.scenario.class_of(vehicle.id), parts.flight.flights.get(vehicle.id)
+    asked = AskedMotion(kind.speed_m_s, kind.accel_m_s2, MIN_CLIMB_M_S, flight.layer_m if flight else 0.0)
+    if problems := parts.services.failsafes.limit_problems(vehicle, asked):
+        todo = "raise the parameter, or lower the scenario's limit"
+        yield CheckFinding("planner", CheckState.WARN, "; ".join(problems), todo)
 
 
 def plans_on_board(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:

@@ -5,7 +5,7 @@ import math
 import msgspec
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.flight.planner_tasks import Crew, crewed, crews, within_own_speeds
+from tui_gcs.core.flight.planner_tasks import Crew, crewed, crews, within_own_limits
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import PREVIEW_TASK
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, Reply, encode
@@ -118,8 +118,8 @@ class PlannerRequests:
             return task
         now = controller.task_for(scenario, round_, team, self._number)
         if team.vehicles or not now.members:
-            own_m_s = {vehicle: self._parts.flight.steering.own_speed_m_s(vehicle) for vehicle in task.members}
-            return msgspec.structs.replace(within_own_speeds(task, own_m_s), off_course_m=now.off_course_m)
+            own = {vehicle: self._parts.flight.steering.own_limits(vehicle) for vehicle in task.members}
+            return msgspec.structs.replace(within_own_limits(task, own), off_course_m=now.off_course_m)
         return now
 
     def cancel(self) -> Reply:

@@ -2,8 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from tui_gcs.core.alarms.alarm_table import AlarmTable
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.detections import DetectionDecoder
@@ -108,7 +110,8 @@ def build_parts(config: StationConfig, records: Records, links: list[Link]) -> S
     # Set afterwards: the failsafe service is above flight control, and steering asks it what a vehicle does when
     # unheard.
     flight.steering.lost_link_behaviour = services.failsafes.lost_link_behaviour
-    flight.steering.own_speed_m_s = services.failsafes.own_speed_m_s
+    is_simulated = config.kind is RunKind.SIM
+    flight.steering.own_limits = partial(services.failsafes.own_limits, simulated=is_simulated)
     comms.forwarder.parameter_problem = services.params.foreign_problem
     operator_id = OperatorIdService(context, active.operator, lambda: (flight.vehicle for flight in flights))
     conditions = StationConditions()

@@ -1,15 +1,14 @@
 """Reads the parameters of vehicles that decide what each does by itself, on demand, and describes it.
 
-About a dozen parameters are read by name; nothing else is downloaded. A PARAM_VALUE that is received later counts
+Two dozen parameters at most are read by name; nothing else is downloaded. A PARAM_VALUE that is received later counts
 instead of what was read.
 """
 
-import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.failsafes import UNHEARD, FailsafeLine, Values, explain, wanted
 from tui_gcs.core.firmware.lost_link_behaviour import lost_link_behaviour
-from tui_gcs.core.firmware.own_speed import own_speed_m_s, speed_names, speed_problem
+from tui_gcs.core.firmware.own_limits import AskedMotion, OwnLimits, limit_names, limit_problems, own_limits
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.protocol.common import Vec3
@@ -67,17 +66,19 @@ class FailsafeService:
         """The same as a motion model's input: what the vehicle does when it receives no station."""
         return lost_link_behaviour(vehicle, self._newest_values(vehicle), home_m)
 
-    def own_speed_m_s(self, vehicle_id: int) -> float:
+    def own_limits(self, vehicle_id: int, *, simulated: bool) -> OwnLimits:
         """What the vehicle flies at most by its own parameters, or as shipped while they were not read.
 
-        It is inf for a vehicle that was never heard.
+        For a vehicle that was never heard nothing is known.
         """
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        return own_speed_m_s(vehicle.autopilot, self._newest_values(vehicle)) if vehicle is not None else math.inf
+        if vehicle is None:
+            return OwnLimits()
+        return own_limits(vehicle.autopilot, self._newest_values(vehicle), simulated=simulated)
 
-    def speed_problem(self, vehicle: Vehicle, asked_m_s: float) -> str:
-        """Why the vehicle's own limit keeps it from flying so fast; "" if it does not, or was not read."""
-        return speed_problem(vehicle.autopilot, self._newest_values(vehicle), asked_m_s)
+    def limit_problems(self, vehicle: Vehicle, asked: AskedMotion) -> list[str]:
+        """Why the vehicle's own limits keep it from flying that, by the parameters that were read of it."""
+        return limit_problems(vehicle.autopilot, self._newest_values(vehicle), asked)
 
     def _newest_values(self, vehicle: Vehicle) -> Values:
         read = self._values.get(vehicle.id, {})
@@ -94,4 +95,4 @@ class FailsafeService:
 
 
 def _names(vehicle: Vehicle) -> tuple[str, ...]:
-    return (*wanted(vehicle), *speed_names(vehicle.autopilot))
+    return (*wanted(vehicle), *limit_names(vehicle.autopilot))
