@@ -208,6 +208,7 @@ async def test_simulated_vehicles_start_by_enter_whatever_the_checks_are() -> No
         await c.press("space")
         assert isinstance(c.app.screen, StartDialog)
         assert "checks: 1 warn, 8 ok, 1 not needed" in c.text()
+        assert "^ WARN heard                 7 of the scenario's 8 are heard" in c.text(), "the worst one is named"
         await c.press("enter")
         assert starts(c) == [Start(ALL)]
 

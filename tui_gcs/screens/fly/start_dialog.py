@@ -13,7 +13,7 @@ from tui_gcs.screens.common.text_dialog import LINE_CELLS, TextDialog
 from tui_gcs.screens.fly.start_plan import StartPlan, fingerprint
 from tui_gcs.screens.orders.order_dialog import ARMING_S, LATE_S, NO_KEY, TOO_LATE
 from tui_gcs.screens.preflight.preflight_screen import Operator, typed_into
-from tui_gcs.widgets.basics.check_lines import check_line, count_line
+from tui_gcs.widgets.basics.check_lines import check_line, count_line, loud
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids
@@ -226,14 +226,18 @@ class StartDialog(TextDialog[Start | None]):
         ]
 
     def _check_lines(self) -> list[Line]:
-        """Count the checks by state, and list those that refuse the start or were overridden, the worst first."""
+        """Count the checks by state, and list those that refuse the start, the worst first.
+
+        Where none refuses it, the worst of the others is named: a bare "1 warn" would have to be looked up.
+        """
         checks, refusing_ = self._checks(), self._refusing()
         if not checks:
             return []
+        listed = refusing_[:MAX_CHECKS] or loud(checks)[:1]
         lines = [
             [],
             count_line(checks, "   (Esc, P: all)"),
-            *(check_line(check, LINE_CELLS, "  ") for check in refusing_[:MAX_CHECKS]),
+            *(check_line(check, LINE_CELLS, "  ") for check in listed),
         ]
         if len(refusing_) > MAX_CHECKS:
             names = ", ".join(names_of(refusing_[MAX_CHECKS:]))
