@@ -1,5 +1,6 @@
 """Actions as the palette and the help list them: a name, the key, what it does, and why it can do nothing now."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -28,6 +29,11 @@ class Entry:
         """Whether the name and help contain every word."""
         text = f"{self.name} {self.help}".casefold()
         return all(word in text for word in words)
+
+    def begins_words(self, words: Iterable[str]) -> bool:
+        """Whether every word begins a word of the name or the help."""
+        text = f"{self.name} {self.help}".casefold()
+        return all(re.search(rf"\b{re.escape(word)}", text) for word in words)
 
 
 def entries_of(actions: Iterable[ConsoleAction], scope: str, context: ActionContext) -> list[Entry]:
@@ -62,15 +68,19 @@ def order_entries(context: ActionContext) -> list[Entry]:
 
 
 def found(entries: Iterable[Entry], text: str) -> list[Entry]:
-    """Entries that match what was typed; names that begin with it come first, what can do nothing now last."""
+    """Entries that match what was typed, the likeliest first; what can do nothing now comes last.
+
+    Names that begin with it come first, then entries in which each typed word begins a word. Without the second rule
+    `:log` meant HOLD ALL, which works "also from dialogs".
+    """
     words = text.casefold().split()
     matching = [entry for entry in entries if entry.matches(words)]
     first = text.casefold().strip()
 
-    def order(entry: Entry) -> tuple[bool, bool]:
+    def order(entry: Entry) -> tuple[bool, bool, bool]:
         name = entry.name.casefold()
         # `:inspector` finds the screen, though its action is called `show inspector`.
         begins = name.startswith(first) or name.removeprefix(SHOW).startswith(first)
-        return bool(entry.why_not), not begins
+        return bool(entry.why_not), not begins, not entry.begins_words(words)
 
     return sorted(matching, key=order)

@@ -1,0 +1,32 @@
+"""What `:` finds first: Enter does it, so a name of a screen must not find an order to the fleet."""
+
+import pytest
+
+from tui_gcs.actions.action import APP
+from tui_gcs.actions.action_context import ActionContext
+from tui_gcs.actions.entries import entries_of, found, order_entries
+from tui_gcs.actions.table import APP_ACTIONS, MENU_SCREENS
+
+CONTEXT = ActionContext()
+ENTRIES = [*order_entries(CONTEXT), *entries_of(APP_ACTIONS, APP, CONTEXT)]
+
+
+@pytest.mark.parametrize(
+    ("typed", "name"),
+    [
+        *((mode, f"show {mode}") for _, mode, _, _ in MENU_SCREENS),
+        *((mode[:5], f"show {mode}") for _, mode, _, _ in MENU_SCREENS),
+        *((name.lower(), f"show {mode}") for _, mode, name, _ in MENU_SCREENS),
+        ("param", "show parameters"),
+        ("log", "show onboard"),
+        ("link", "show links"),
+        *((name, f"show {name}") for name in ("fly", "plan", "vehicles", "journal", "alarms", "checks", "planners")),
+    ],
+)
+def test_the_first_that_is_found_is_the_screen(typed: str, name: str) -> None:
+    assert found(ENTRIES, typed)[0].name == name
+
+
+def test_a_part_of_a_word_is_found_after_words_that_begin_so() -> None:
+    names = [entry.name for entry in found(ENTRIES, "log")]
+    assert names.index("show flights") < names.index("hold all"), "which works also from dialogs"
