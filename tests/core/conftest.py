@@ -3,9 +3,11 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 
+from tests.core.rigs.designs import remembered
 from tests.core.rigs.rig import Rig, scenario, toml
 from tests.core.rigs.wires import Wired
 
@@ -22,6 +24,13 @@ def rig(tmp_path: Path) -> Iterator[Callable[..., Rig]]:
     yield make
     for one in made:
         one.close()
+
+
+@pytest.fixture
+def tours_remembered() -> Iterator[None]:
+    """Tours are not designed anew, nor searched on for, when a task changes in flight: `Rig` sees to its start only."""
+    with patch("tui_gcs.planner.patrol.patrol.begin_search", remembered):
+        yield
 
 
 @pytest.fixture
