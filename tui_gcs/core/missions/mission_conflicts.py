@@ -74,10 +74,18 @@ def conflict_between(
     """
     if not _may_meet(a.lines, b.lines, horizontal_m):
         return None
-    # A planner's tour has no times.
-    timed = len(a.sampled) and len(b.sampled)
-    at_once = _at_once(first, second, a.sampled, b.sampled, horizontal_m, vertical_m) if timed else None
+    at_once = collision_between(first, second, a, b, horizontal_m, vertical_m)
     return at_once or _in_place(first, second, a.lines, b.lines, horizontal_m, vertical_m)
+
+
+def collision_between(
+    first: int, second: int, a: ComparablePath, b: ComparablePath, horizontal_m: float, vertical_m: float
+) -> Conflict | None:
+    """Return where two paths that begin together are worst too close at the same time; None if they are not."""
+    # A planner's tour has no times.
+    if not (len(a.sampled) and len(b.sampled)) or not _may_meet(a.lines, b.lines, horizontal_m):
+        return None
+    return _at_once(first, second, a.sampled, b.sampled, horizontal_m, vertical_m)
 
 
 def conflicts(paths: Mapping[int, TimedPath], horizontal_m: float, vertical_m: float) -> list[Conflict]:
@@ -107,6 +115,11 @@ def _at_once(a: int, b: int, at_a: Floats, at_b: Floats, horizontal_m: float, ve
     """
     count = max(len(at_a), len(at_b))
     apart = _held(at_b, count) - _held(at_a, count)
+    # Most pairs are on layers of their own, or far apart: what is never near in both is not looked at closely.
+    reach_m = vertical_m + np.abs(np.diff(apart[:, 2], append=apart[-1:, 2]))
+    level = np.flatnonzero(np.abs(apart[:, 2]) < reach_m)
+    if not len(level):
+        return None
     start, step = apart[:-1], np.diff(apart, axis=0)
     speed2 = (step[:, :2] ** 2).sum(axis=1)
     share = np.clip(-(start[:, :2] * step[:, :2]).sum(axis=1) / np.maximum(speed2, 1e-12), 0.0, 1.0)

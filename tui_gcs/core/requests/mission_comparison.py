@@ -14,7 +14,13 @@ import numpy as np
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import TakenOut
-from tui_gcs.core.missions.mission_conflicts import ComparablePath, comparable, comparable_loop, conflict_between
+from tui_gcs.core.missions.mission_conflicts import (
+    ComparablePath,
+    collision_between,
+    comparable,
+    comparable_loop,
+    conflict_between,
+)
 from tui_gcs.core.missions.patrol_crossings import patrols
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.timed_path import GROUND_HEIGHT_M, HomePosition, timed_path
@@ -42,6 +48,9 @@ class MissionComparison:
         self._paths: dict[tuple[int, int, int], tuple[tuple[PlanItem, ...], ComparablePath | None]] = {}
         """Paths that were made within `SAME_S`, by vehicle, first item and identity of the items, which are kept, too:
         of a request that names 100 vehicles each is compared with 99."""
+        self._apart: dict[frozenset[int], tuple[ComparablePath, ComparablePath]] = {}
+        """Pairs of paths, by identity, that were found to be apart if they begin together; kept, so that no other path
+        gets the identity of one of them."""
         self._made_s = -math.inf
 
     def begin(
@@ -153,10 +162,14 @@ class MissionComparison:
 
     def _together(self, vehicle: Vehicle, other: Vehicle, own: ComparablePath, path: ComparablePath) -> str:
         limits = self._parts.flight.guard.limits
-        met = conflict_between(
+        pair = frozenset({id(own), id(path)})
+        if pair in self._apart:
+            return ""
+        met = collision_between(
             vehicle.id, other.id, own, path, limits.separation_horizontal_m, limits.separation_vertical_m
         )
-        if met is None or not met.together:
+        if met is None:
+            self._apart[pair] = own, path
             return ""
         return f"it would come within {met.horizontal_m:.0f} m of vehicle {other.id} after {met.first_s:.0f} s"
 
@@ -245,7 +258,7 @@ class MissionComparison:
         """These items as the vehicle would fly them from where it is now; None without a position."""
         now, key = self._parts.records.clock.now(), (vehicle.id, first, id(items))
         if not self._made_s <= now < self._made_s + SAME_S:
-            self._paths, self._made_s = {}, now
+            self._paths, self._apart, self._made_s = {}, {}, now
         if key not in self._paths:
             self._paths[key] = items, self._make_path(vehicle, items, first)
         return self._paths[key][1]
