@@ -253,15 +253,6 @@ def test_one_of_no_team_keeps_its_way_and_ours_is_stopped(rig: MakeRig) -> None:
     assert any(text.startswith("HELD on its mission: ") for text in flight.texts("vehicle 1"))
 
 
-def test_a_pilot_keeps_a_vehicle_that_was_on_its_mission(rig: MakeRig) -> None:
-    flight = aloft(rig, 2)
-    starts_missions(flight, dict.fromkeys((1, 2), MEETING))
-    flight.run(2.0)
-    flight.pilot(1, LOITER)
-    flight.run(30.0)
-    assert int(flight.sim.mode[0]) == LOITER
-
-
 def test_one_that_its_pilot_has_just_taken_may_not_be_stopped(rig: MakeRig) -> None:
     """For 3 s it counts as on its mission: a hold for separation took it from its pilot then."""
     flight = aloft(rig, 1)
