@@ -8,6 +8,7 @@ other what they fly to, and the higher bid keeps it.
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import msgspec
@@ -48,6 +49,26 @@ class Claim(msgspec.Struct, frozen=True):
 
     point: str
     bid: float
+
+
+@dataclass(frozen=True)
+class _Bidder:
+    """A vehicle in an auction, with what it has won so far."""
+
+    vehicle: int
+    here_m: Floats
+    """(2,) where the way to the next point begins: its place, or the point that it won last."""
+    speed_m_s: float
+    battery_left_s: float
+    """NaN while unknown."""
+    home_s: float
+    """How long its way home takes from where it is; 0 while unknown."""
+    spent_s: float = 0.0
+    """How long the way to the points that it has won takes."""
+
+    def can_come_back(self, away_s: float) -> bool:
+        """Whether the battery lasts, as far as is known, to fly for so long, back again, home, and for the reserve."""
+        return not self.battery_left_s < 2.0 * away_s + self.home_s + RESERVE_S
 
 
 class Search(Planner):
@@ -133,58 +154,59 @@ class Search(Planner):
         self, ctx: Context, places_m: Floats, near: NDArray[np.bool_]
     ) -> tuple[dict[int, list[int]], dict[int, float]]:
         """Return by vehicle the points that it has won, in the order of its way, and its bid for the first."""
-        rows = np.flatnonzero(ctx.fleet.active).tolist()
-        ids = [int(ctx.fleet.id[i]) for i in rows]
+        bidders = self._bidders(ctx, ctx.fleet.active)
+        ids = [bidder.vehicle for bidder in bidders]
         left = [k for k in range(len(places_m)) if near[k] and not self._is_claimed(ctx, k, ids)]
-        here = {vehicle: ctx.fleet.position_m[i, :2] for vehicle, i in zip(ids, rows, strict=True)}
-        speed = {v: float(ctx.fleet.speed_m_s[i]) * self._share for v, i in zip(ids, rows, strict=True)}
-        spent_s = dict.fromkeys(ids, 0.0)
         bundles: dict[int, list[int]] = {vehicle: [] for vehicle in ids}
         first: dict[int, float] = {}
         while left:
-            bidders = [vehicle for vehicle in ids if len(bundles[vehicle]) < MAX_BUNDLE]
             offers = [
-                (self._bid(ctx, vehicle, k, spent_s[vehicle], here[vehicle], places_m[k], speed[vehicle]), vehicle, k)
-                for vehicle in bidders
+                (self._bid(ctx, k, bidder, places_m[k]), bidder, k)
+                for bidder in bidders
+                if len(bundles[bidder.vehicle]) < MAX_BUNDLE
                 for k in left
             ]
             # Of equal bids the one for the point that came first wins, by the westernmost vehicle: ids mean nothing.
-            best = max(offers, key=lambda o: (o[0], -o[2], *(-here[o[1]]).tolist()), default=(0.0, 0, 0))
-            bid, vehicle, k = best
-            if bid <= 0.0:
+            best = max(offers, key=lambda o: (o[0], -o[2], *(-o[1].here_m).tolist()), default=None)
+            if best is None or best[0] <= 0.0:
                 break
-            first.setdefault(vehicle, bid)
-            spent_s[vehicle] += float(np.hypot(*(places_m[k] - here[vehicle]))) / speed[vehicle]
-            here[vehicle] = places_m[k]
-            bundles[vehicle].append(k)
+            bid, winner, k = best
+            first.setdefault(winner.vehicle, bid)
+            bundles[winner.vehicle].append(k)
             left.remove(k)
+            way_s = float(np.hypot(*(places_m[k] - winner.here_m))) / winner.speed_m_s
+            moved = replace(winner, here_m=places_m[k], spent_s=winner.spent_s + way_s)
+            bidders = [moved if bidder is winner else bidder for bidder in bidders]
         return {vehicle: won for vehicle, won in bundles.items() if won}, first
 
-    def _bid(
-        self, ctx: Context, vehicle: int, k: int, spent_s: float, here_m: Floats, place_m: Floats, speed_m_s: float
-    ) -> float:
-        """Return a vehicle's bid for a point after `spent_s` on its way; 0 where it comes too late or not home."""
-        after_s = spent_s + max(float(np.hypot(*(place_m - here_m))), 0.0) / speed_m_s
-        if after_s > ctx.points.left_s[k] or not self._can_come_back(ctx, vehicle, after_s):
-            return 0.0
-        kept = KEEP_SHARE if self._targets.get(vehicle) == ctx.points.name[k] and spent_s == 0.0 else 1.0
-        return kept * float(ctx.points.priority[k]) / (1.0 + after_s / TIME_SCALE_S)
+    def _bidders(self, ctx: Context, taking_part: NDArray[np.bool_]) -> list[_Bidder]:
+        """Return these rows of the fleet as bidders, before any point was won."""
+        fleet = ctx.fleet
+        return [
+            _Bidder(
+                int(fleet.id[i]),
+                fleet.position_m[i, :2],
+                float(fleet.speed_m_s[i]) * self._share,
+                float(fleet.battery_left_s[i]),
+                float(np.nan_to_num(fleet.home_s[i])),
+            )
+            for i in np.flatnonzero(taking_part)
+        ]
 
-    @staticmethod
-    def _can_come_back(ctx: Context, vehicle: int, away_s: float) -> bool:
-        """Whether the battery lasts, as far as is known, to fly for so long, back again, home, and for the reserve."""
-        row = int(np.flatnonzero(ctx.fleet.id == vehicle)[0])
-        needed_s = 2.0 * away_s + float(np.nan_to_num(ctx.fleet.home_s[row])) + RESERVE_S
-        return not ctx.fleet.battery_left_s[row] < needed_s
+    def _bid(self, ctx: Context, k: int, bidder: _Bidder, place_m: Floats) -> float:
+        """Return a vehicle's bid for a point after what it has won; 0 where it comes too late or not home."""
+        after_s = bidder.spent_s + max(float(np.hypot(*(place_m - bidder.here_m))), 0.0) / bidder.speed_m_s
+        if after_s > ctx.points.left_s[k] or not bidder.can_come_back(after_s):
+            return 0.0
+        goes_on = self._targets.get(bidder.vehicle) == ctx.points.name[k] and bidder.spent_s == 0.0
+        kept = KEEP_SHARE if goes_on else 1.0
+        return kept * float(ctx.points.priority[k]) / (1.0 + after_s / TIME_SCALE_S)
 
     def _is_claimed(self, ctx: Context, k: int, known: list[int]) -> bool:
         """Whether an instance on a vehicle that this one does not see here flies to the point, with a higher bid."""
         claim = self._claims.get(ctx.points.name[k])
         if claim is None or claim[0] in known:
             return False
-        own = [
-            self._bid(ctx, int(ctx.fleet.id[i]), k, 0.0, ctx.fleet.position_m[i, :2], ctx.points.position_m[k],
-                      float(ctx.fleet.speed_m_s[i]) * self._share)
-            for i in np.flatnonzero(ctx.fleet.active & ctx.fleet.own)
-        ]  # fmt: skip
+        ours = self._bidders(ctx, ctx.fleet.active & ctx.fleet.own)
+        own = [self._bid(ctx, k, bidder, ctx.points.position_m[k]) for bidder in ours]
         return claim[1] >= max(own, default=-math.inf)
