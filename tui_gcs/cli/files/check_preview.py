@@ -172,8 +172,13 @@ def _previews(jobs: dict[Key, _Job], seconds: float) -> dict[Key, PreviewResult]
             while waiting and len(running) < workers:
                 key, job = waiting.popleft()
                 share_s = budget.next_share_s()
-                job = replace(job, share_s=share_s, limit_s=budget.limit_s(share_s), search_steps=steps)
-                job = replace(job, max_bytes=MAX_BYTES // workers)
+                job = replace(
+                    job,
+                    share_s=share_s,
+                    limit_s=budget.limit_s(share_s),
+                    search_steps=steps,
+                    max_bytes=MAX_BYTES // workers,
+                )
                 running[pool.submit(_preview, job)] = key, job
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 key, job = running.pop(future)
@@ -189,12 +194,11 @@ def _preview(job: _Job) -> tuple[PreviewResult, float]:
     smallest_m = math.sqrt(area / (math.pi * MAX_FOOTPRINTS))
     fine = f"a footprint of {task.footprint_radius_m:g} m radius in a zone of {area:.0f} m2"
     used_up = _used_up(job.seconds)
-    text = ""
     if task.footprint_radius_m < smallest_m:
         text = f"{fine} is too fine to plan: {math.ceil(100 * smallest_m) / 100:g} m at least"
     elif job.limit_s <= MIN_S:
         text = used_up
-    if not text:
+    else:
         try:
             with bounded(job.limit_s, job.max_bytes):
                 search_s = min(SEARCH_SHARE * job.share_s, SEARCH_LIMIT_SHARE * job.limit_s)

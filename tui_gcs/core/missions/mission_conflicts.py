@@ -74,7 +74,7 @@ def conflict_between(
     """
     if not _may_meet(a.lines, b.lines, horizontal_m):
         return None
-    at_once = collision_between(first, second, a, b, horizontal_m, vertical_m)
+    at_once = _at_once(first, second, a.sampled, b.sampled, horizontal_m, vertical_m)
     return at_once or _in_place(first, second, a.lines, b.lines, horizontal_m, vertical_m)
 
 
@@ -82,8 +82,7 @@ def collision_between(
     first: int, second: int, a: ComparablePath, b: ComparablePath, horizontal_m: float, vertical_m: float
 ) -> Conflict | None:
     """Return where two paths that begin together are worst too close at the same time; None if they are not."""
-    # A planner's tour has no times.
-    if not (len(a.sampled) and len(b.sampled)) or not _may_meet(a.lines, b.lines, horizontal_m):
+    if not _may_meet(a.lines, b.lines, horizontal_m):
         return None
     return _at_once(first, second, a.sampled, b.sampled, horizontal_m, vertical_m)
 
@@ -113,12 +112,13 @@ def _at_once(a: int, b: int, at_a: Floats, at_b: Floats, horizontal_m: float, ve
 
     The vehicle that flies longer meets the other at its end.
     """
+    if not (len(at_a) and len(at_b)):  # a planner's tour has no times
+        return None
     count = max(len(at_a), len(at_b))
     apart = _held(at_b, count) - _held(at_a, count)
     # Most pairs are on layers of their own, or far apart: what is never near in both is not looked at closely.
     reach_m = vertical_m + np.abs(np.diff(apart[:, 2], append=apart[-1:, 2]))
-    level = np.flatnonzero(np.abs(apart[:, 2]) < reach_m)
-    if not len(level):
+    if not (np.abs(apart[:, 2]) < reach_m).any():
         return None
     start, step = apart[:-1], np.diff(apart, axis=0)
     speed2 = (step[:, :2] ** 2).sum(axis=1)

@@ -114,10 +114,12 @@ class AlarmFinder:
         now = self._parts.records.clock.now()
         for vehicle in vehicles:
             dead = self._parts.services.link_timing.dead_up_ways(vehicle)
+            if not dead:
+                continue
             heard = [path for path in vehicle.used_paths() if now - path.last_heard_s <= HEARD_S]
             cause = "unreached" if len(dead) == len(heard) else "up-way"
-            if links := sorted({path.source.link for path in dead}):
-                yield AlarmFinding(cause, vehicle.id, f"over {', '.join(links)}")
+            links = sorted({path.source.link for path in dead})
+            yield AlarmFinding(cause, vehicle.id, f"over {', '.join(links)}")
 
     def _in_flight(self, vehicle: Vehicle) -> bool:
         flight = self._parts.flight.flights.get(vehicle.id)

@@ -48,6 +48,7 @@ WATCHED_SHARE = 0.9
 SHARP_STEP_M = 3.0
 """Spacing of control points of lanes that are not bent."""
 MIN_CORNERS = 3
+"""With fewer control points they are no closed way."""
 ROUNDED = 2.0
 """Their control points are so much denser where their corners are rounded as a vehicle flies them."""
 LARGE_LANE_TRIES, MAX_BENT_CELLS = 3, 40_000
@@ -135,9 +136,12 @@ class TourSearch:
             return
         self.pool = sorted([*others, draft], key=_cost)[:POOL]
         if draft.cost <= WORTH_JUDGING * self.pool[0].cost:
-            design_tour = site.judged(draft, self.n)
-            if self.best is None or design_tour.rank < self.best.rank:
-                self.best = design_tour
+            self.offer(site.judged(draft, self.n))
+
+    def offer(self, design: TourDesign) -> None:
+        """Keep the design as `best` if it is better than that."""
+        if self.best is None or design.rank < self.best.rank:
+            self.best = design
 
 
 def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
@@ -188,9 +192,7 @@ def _add_straight_lanes(search: TourSearch, site: TourSite) -> None:
             continue
         rounded = draft_of(f"rounded lanes {i}", path, site.motion).respaced(ROUNDED)
         for draft in (rounded, TourDraft(f"sharp lanes {i}", path, 1.0)):
-            judged = site.judged(draft, search.n)
-            if search.best is None or judged.rank < search.best.rank:
-                search.best = judged
+            search.offer(site.judged(draft, search.n))
 
 
 def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
@@ -201,9 +203,8 @@ def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None
         while not finishing.done:
             finishing = site.tightened(finishing)
         search._admit(site, finishing.best)
-        for judged in (site.judged(finishing.best, search.n), site.judged(draft, search.n)):
-            if search.best is None or judged.rank < search.best.rank:
-                search.best = judged
+        for each in (finishing.best, draft):
+            search.offer(site.judged(each, search.n))
 
 
 def _add_detours(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
@@ -214,9 +215,7 @@ def _add_detours(search: TourSearch, site: TourSite, lanes: list[Floats]) -> Non
         if search.best is not None and search.best.real.coverage == 1.0:
             return
         for draft in incomplete:
-            judged = site.judged(with_detours(site, draft, farther_m), search.n)
-            if search.best is None or judged.rank < search.best.rank:
-                search.best = judged
+            search.offer(site.judged(with_detours(site, draft, farther_m), search.n))
 
 
 def _begin_large(search: TourSearch, site: TourSite) -> TourSearch:

@@ -9,6 +9,8 @@ class PolledScreen(ListScreen):
     """Asks the station every `LOOK_S` seconds, one question at a time; a screen that is not shown costs nothing."""
 
     LOOK_S: ClassVar[float]
+    NEEDS_STATION: ClassVar[bool] = True
+    """Whether the station is asked; a screen that looks at the disk also does so while none answers."""
 
     is_frozen = False
     """The picture stays as it is: nothing is asked."""
@@ -21,7 +23,8 @@ class PolledScreen(ListScreen):
 
     def look(self) -> None:
         """Ask the station; not while another screen is shown, nor while the picture is frozen."""
-        if self.is_current and not self.is_frozen and not self._is_looking and not self.feed.station_lost:
+        unanswered = self.NEEDS_STATION and self.feed.station_lost
+        if self.is_current and not self.is_frozen and not self._is_looking and not unanswered:
             self._is_looking = True
             self.run_worker(self._look(), group="look", exit_on_error=False)
 

@@ -28,3 +28,8 @@ class ScreenEdits:
         """Report what became of a key in one line."""
         self.report = ((clean(text, MAX_REPORT), ink),)
         self._show()
+
+    def copy_path(self, path: str) -> None:
+        """Send the path of a file to the terminal's clipboard, and report it."""
+        self._host.app.copy_to_clipboard(path)
+        self.say(f"sent to the terminal's clipboard: {path}", Ink.NORMAL)

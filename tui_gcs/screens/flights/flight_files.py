@@ -116,11 +116,9 @@ class FlightFiles(ScreenEdits):
         why = self._archive.open_file(path)
         self.say(why or f"{clean(path.name, 60)} is in the list", Ink.CAUTION if why else Ink.NORMAL)
 
-    def copy_path(self, flight: RecordedFlight | None) -> None:
+    def copy_path_of(self, flight: RecordedFlight | None) -> None:
         """Send the path of the report, or of the recording, to the terminal's clipboard."""
         if flight is None:
             self.say("no flight is chosen", Ink.CAUTION)
             return
-        path = flight.report or str(flight.path)
-        self._host.app.copy_to_clipboard(path)
-        self.say(f"sent to the terminal's clipboard: {path}", Ink.NORMAL)
+        self.copy_path(flight.report or str(flight.path))

@@ -41,6 +41,7 @@ class FlightsScreen(PolledScreen):
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = FLIGHT_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(FLIGHT_ACTIONS, "flights")
     LOOK_S = 2.0
+    NEEDS_STATION = False
     CSS = """
     FlightsScreen { layout: vertical; }
     FlightsScreen.-opened FlightList { display: none; }
@@ -83,12 +84,6 @@ class FlightsScreen(PolledScreen):
     def look_again(self) -> None:
         """Look at once."""
         self.look()
-
-    def look(self) -> None:
-        """Look at the disk, also while no station answers."""
-        if self.is_current and not self._is_looking:
-            self._is_looking = True
-            self.run_worker(self._look(), group="look", exit_on_error=False)
 
     async def ask_station(self) -> None:
         """List the recordings. The station is not asked: they are files."""
@@ -207,7 +202,7 @@ class FlightsScreen(PolledScreen):
 
     def action_copy_path(self) -> None:
         """Copy the path of the chosen recording, or of its report."""
-        self.files.copy_path(self._chosen)
+        self.files.copy_path_of(self._chosen)
 
     def action_filter(self) -> None:
         """Begin to type the words to look for."""

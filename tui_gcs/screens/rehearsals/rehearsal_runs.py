@@ -93,5 +93,4 @@ class RehearsalRuns(ScreenEdits):
             why = "no rehearsal is chosen" if record is None else "this one has no report"
             self.say(why, Ink.CAUTION)
             return
-        self._host.app.copy_to_clipboard(record.report)
-        self.say(f"sent to the terminal's clipboard: {record.report}", Ink.NORMAL)
+        self.copy_path(record.report)

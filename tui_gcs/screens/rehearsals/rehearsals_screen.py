@@ -50,6 +50,7 @@ class RehearsalsScreen(PolledScreen):
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = REHEARSAL_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(REHEARSAL_ACTIONS, "rehearsals")
     LOOK_S = 1.0
+    NEEDS_STATION = False
     CSS = """
     RehearsalsScreen { layout: vertical; }
     RehearsalsScreen.-gates RehearsalList, RehearsalsScreen.-changes RehearsalList { display: none; }
@@ -98,12 +99,6 @@ class RehearsalsScreen(PolledScreen):
     def look_again(self) -> None:
         """Look at once."""
         self.look()
-
-    def look(self) -> None:
-        """Look at the disk, also while no station answers."""
-        if self.is_current and not self._is_looking:
-            self._is_looking = True
-            self.run_worker(self._look(), group="look", exit_on_error=False)
 
     async def ask_station(self) -> None:
         """Read the rehearsals and the one under way. The station is not asked: they are files."""
