@@ -200,7 +200,7 @@ def settings() -> str:
     lines += ["What is typed comes first, then the environment, then the file, then the default."]
     rows = []
     for key, setting in SETTINGS.items():
-        allowed = ", ".join(setting.choices) or {list: "list", str: "text", bool: "true, false"}.get(
+        allowed = ", ".join(setting.choices) or {list: "list", str: "text", bool: "true, false", dict: "table"}.get(
             setting.kind, "number"
         )
         rows.append(

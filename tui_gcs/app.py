@@ -15,10 +15,11 @@ from textual import events
 from textual.await_complete import AwaitComplete
 from textual.binding import BindingType
 from textual.screen import Screen
+from textual.widget import AwaitMount
 
 from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, bindings
-from tui_gcs.actions.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.keymap import with_keys
+from tui_gcs.actions.palette.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.console.alarm_acknowledgement import AlarmAcknowledgement, AlarmBell
 from tui_gcs.console.commands import CommandController
@@ -36,7 +37,7 @@ from tui_gcs.feed.feed import PERIOD_S, Feed
 from tui_gcs.feed.messages import DisplayLagged, FleetUpdated, StatusUpdated
 from tui_gcs.feed.notices import NOTICE_S, Notice, NoticeBoard, Severity
 from tui_gcs.feed.plots.value_recorder import ValueRecorder
-from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
+from tui_gcs.screens.common.help import HelpDialog
 from tui_gcs.screens.common.time_dialog import TimeDialog
 from tui_gcs.screens.common.tiny_screen import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
@@ -330,10 +331,23 @@ class ConsoleApp(TerminalApp):
 
     def action_show(self, mode: str) -> None:
         """Change to the screen of a mode; a replay has no scenario to edit."""
+        self._show(mode)
+
+    def _show(self, mode: str) -> AwaitMount | None:
+        """Do `action_show`; return what waits until the screen is there, None if it is not shown."""
         if mode == "plan" and self.options.replay:
             self.notice("a replay has no plan: this is a recording", Severity.CAUTION)
-            return
-        self.switch_mode(mode)
+            return None
+        return self.switch_mode(mode)
+
+    async def action_command_line(self, line: str) -> None:
+        """Carry out a line that was typed after `:`, step by step."""
+        from tui_gcs.console.command_line import CommandLine, CommandLineParts  # when first typed
+
+        parts = CommandLineParts(
+            self._entries, self._show, self._entry.choose, self.commands.order, self._run_chosen, self.notice
+        )
+        await CommandLine(self.options.own_commands, parts).run(line)
 
     def action_show_menu(self) -> None:
         """Show the menu of the screens that have no key of their own."""
@@ -358,7 +372,9 @@ class ConsoleApp(TerminalApp):
 
     def action_palette(self) -> None:
         """Find an action by name, and do it."""
-        self.push_screen(PaletteDialog(self._entries(), self.glyphs), self._run_chosen)
+        from tui_gcs.screens.common.palette_dialog import PaletteDialog  # when first shown
+
+        self.push_screen(PaletteDialog(self._entries(), self.glyphs, self.options.own_commands), self._run_chosen)
 
     def _own_actions(self) -> tuple[ConsoleAction, ...]:
         actions: tuple[ConsoleAction, ...] = getattr(self.screen, "ACTIONS", ())

@@ -4,7 +4,7 @@ import pytest
 
 from tui_gcs.actions.action import APP
 from tui_gcs.actions.action_context import ActionContext
-from tui_gcs.actions.entries import entries_of, found, order_entries
+from tui_gcs.actions.palette.entries import entries_of, found, order_entries
 from tui_gcs.actions.table import APP_ACTIONS, MENU_SCREENS
 
 CONTEXT = ActionContext()
@@ -30,3 +30,8 @@ def test_the_first_that_is_found_is_the_screen(typed: str, name: str) -> None:
 def test_a_part_of_a_word_is_found_after_words_that_begin_so() -> None:
     names = [entry.name for entry in found(ENTRIES, "log")]
     assert names.index("show flights") < names.index("hold all"), "which works also from dialogs"
+
+
+def test_a_whole_name_comes_first_also_when_it_can_do_nothing_now() -> None:
+    first = found(ENTRIES, "return")[0]
+    assert first.name == "return" and first.why_not, "no vehicle is selected: it must not become `return all`"

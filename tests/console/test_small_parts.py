@@ -8,7 +8,7 @@ from textual.events import Key
 
 from tests.screens.rigs.fake_station import FakeStation
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, ActionContext, bindings, footer_actions, refusal
-from tui_gcs.actions.entries import found, order_entries
+from tui_gcs.actions.palette.entries import found, order_entries
 from tui_gcs.app import ConsoleApp
 from tui_gcs.console.key_input import KeyChord
 from tui_gcs.core.protocol.bus import MemoryBus

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.cli import console_options
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.file_access import elevation_of
+from tui_gcs.cli.installation import config
 from tui_gcs.client.launcher import START_LIMIT_S, start_error
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.directories import socket_path, state_dir
@@ -22,6 +23,7 @@ from tui_gcs.core.protocol.zenoh_bus import connect_later
 from tui_gcs.terminal.terminal_options import prepare_textual, wants_slow
 
 if TYPE_CHECKING:
+    from tui_gcs.actions.palette.own_commands import OwnCommands
     from tui_gcs.app import ConsoleApp
 
 POLL_S = 0.2
@@ -37,13 +39,14 @@ def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
 
 @dataclass(frozen=True)
 class ConsolePreferences:
-    """The operator's settings for the console: keys, theme, drawings, terrain, read-only."""
+    """The operator's settings for the console: keys, theme, drawings, terrain, read-only, own commands."""
 
     keymap: Mapping[str, str]
     theme: str
     overlays: tuple[Overlay, ...]
     elevation: Elevation | None
     read_only: bool
+    own_commands: "OwnCommands | None"
 
 
 def preferences(overlays: Sequence[str]) -> ConsolePreferences:
@@ -51,7 +54,8 @@ def preferences(overlays: Sequence[str]) -> ConsolePreferences:
     prepare_textual(os.environ)  # before anything imports Textual
     read_only = os.environ.get("TUI_GCS_READ_ONLY", "") not in ("", "0")
     elevation = elevation_of(os.environ.get("TUI_GCS_TERRAIN") or None)
-    return ConsolePreferences(operators_keymap(), operators_theme(), read_overlays(overlays), elevation, read_only)
+    own = config.own_commands(os.environ)
+    return ConsolePreferences(operators_keymap(), operators_theme(), read_overlays(overlays), elevation, read_only, own)
 
 
 def recordings() -> dict[str, Path]:
@@ -80,6 +84,7 @@ def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = 
                 starts_station=starts_station,
                 keymap=wanted.keymap,
                 theme=wanted.theme,
+                own_commands=wanted.own_commands,
                 groups=GroupFile(state_dir(kind) / "groups.json"),
                 folder=state_dir(kind),
                 recordings=recordings(),

@@ -78,6 +78,7 @@ def _show(file: str, speed: float, begin_s: float, options: ConsolePreferences) 
             overlays=options.overlays,
             keymap=options.keymap,
             theme=options.theme,
+            own_commands=options.own_commands,
             recordings=recordings(),
         ),
     )

@@ -166,12 +166,12 @@ class CommandController:
             menu = OrderMenu(self._feed, self._parts.glyphs)
             self._parts.app.push_screen(menu, lambda chosen: self._ask_order(chosen, doubtful=True))
 
-    def order(self, order_id: str, *, action_id: str = "orders") -> None:
-        """Ask the operator to confirm one order to the selected vehicles."""
+    def order(self, order_id: str, *, action_id: str = "orders", values: str = "") -> None:
+        """Ask the operator to confirm one order to the selected vehicles; `values`: see `OrderDialog`."""
         if not self._is_refused(action_id):
-            self._ask_order(order_id)
+            self._ask_order(order_id, values=values)
 
-    def _ask_order(self, order_id: str | None, *, doubtful: bool = False) -> None:
+    def _ask_order(self, order_id: str | None, *, doubtful: bool = False, values: str = "") -> None:
         """Ask about an order; `doubtful`: if it is doubted for all of the vehicles, it is asked for those."""
         if order_id is None:
             return
@@ -185,10 +185,10 @@ class CommandController:
             return
         if order.id in LIFTING_ORDERS:
             self._read_checks()
-        parts.app.push_screen(
-            OrderDialog(order, self._feed, self._place_references, parts.glyphs, parts.clock, doubtful=doubtful),
-            lambda answer: self._answered(order.name, answer),
+        dialog = OrderDialog(
+            order, self._feed, self._place_references, parts.glyphs, parts.clock, doubtful=doubtful, values=values
         )
+        parts.app.push_screen(dialog, lambda answer: self._answered(order.name, answer))
 
     def _answered(self, name: str, answer: ConfirmedOrder | str | None) -> None:
         if not isinstance(answer, ConfirmedOrder):

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from textual.app import App
 
@@ -14,6 +14,9 @@ from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.notices import Severity
 from tui_gcs.widgets.basics.glyphs import GlyphSet
+
+if TYPE_CHECKING:
+    from tui_gcs.actions.palette.own_commands import OwnCommands  # imported when first needed
 
 
 class ShowNotice(Protocol):
@@ -53,6 +56,8 @@ class ConsoleOptions:
     """The heights of the ground, where the operator gave a terrain file."""
     theme: str = ""
     """Name of the theme to begin with, of `THEMES`; empty for the first."""
+    own_commands: "OwnCommands | None" = None
+    """What the operator can type after `:` beside the names of actions; None: nothing else."""
     groups: GroupFile | None = None
     """Where the operator's groups of vehicles are kept; None: they are forgotten."""
     folder: Path | None = None

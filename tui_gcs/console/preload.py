@@ -9,6 +9,7 @@ import threading
 AFTER_S = 2.0
 """Time after the start at which the first screen is shown for certain."""
 SCREENS = (
+    "common.palette_dialog",
     "plan.plan_screen",
     "vehicles.vehicles_screen",
     "missions.missions_screen",

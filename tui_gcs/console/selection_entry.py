@@ -91,6 +91,11 @@ class SelectionEntry:
         return True
 
     def _choose(self, text: str) -> None:
+        if why := self.choose(text):
+            self._parts.notice(f"not selected: {why}", Severity.CAUTION)
+
+    def choose(self, text: str) -> str:
+        """Select the vehicles that `text` names, and notify the operator; return why not, or "" if it was done."""
         feed = self._parts.feed
         fleet = feed.scenario.scenario.name if feed.scenario is not None else ""
         trouble = ""
@@ -104,8 +109,8 @@ class SelectionEntry:
             if choice.save_as and self._groups is not None:
                 self._groups.keep(fleet, choice.save_as, choice.ids)
         except (SelectionError, GroupsError) as error:
-            self._parts.notice(f"not selected: {error}{trouble}", Severity.CAUTION)
-            return
+            return f"{error}{trouble}"
         saved = f"{choice.save_as} {'saved' if choice.ids else 'forgotten'}: " if choice.save_as else ""
         level = Severity.CAUTION if trouble else Severity.NORMAL
         self._parts.notice(f"{saved}selected {ids(choice.ids) or 'none'}{trouble}", level)
+        return ""

@@ -85,6 +85,8 @@ def test_that_vehicles_are_simulated_is_always_typed(tmp_path: Path, line: str):
         ("a = 1\nb = ", ":2: no TOML: "),
         ('[link]\nx = "y"', ":1: link: must be a list"),
         ("yes = true", ":1: 'yes': no such setting"),
+        ("\n[commands]\nlow = 3", ":2: commands: must be a table of texts, as [commands] and below it name ="),
+        ("commands = 3", ":1: commands: must be a table of texts"),
         ('forward_commands = ["udpout:10.0.0.1:14550"]', ":1: 'forward_commands': no such setting"),
     ],
 )
@@ -112,4 +114,29 @@ def test_any_content_is_taken_or_refused_by_one_line(content: dict[str, object])
 
 def test_every_setting_is_an_option_of_some_command():
     known = {action.dest for _, parser in commands(PARSER) for action in parser._actions}
-    assert set(config.SETTINGS) <= known
+    assert {key for key, setting in config.SETTINGS.items() if setting.kind is not dict} <= known
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ('theme = "night"\n[commands]\nhold = "return"', ":3: commands: 'hold': there is such a command already"),
+        ('[commands]\nlow = "altitude"\nx1 = "low;x1"', ":3: commands: 'x1': goes in a circle: x1 -> x1"),
+        ('[commands]\nx1 = "far away"', ":2: commands: 'x1': 'far away' is not the name of an action"),
+        ('commands = { x1 = "" }', ": commands: 'x1': has no words"),
+    ],
+)
+def test_an_own_command_with_a_mistake_is_a_line_with_file_line_and_name(tmp_path: Path, text: str, problem: str):
+    typed = Typed(tmp_path, text)
+    with pytest.raises(CommandError) as error:
+        config.own_commands(typed.environ)
+    assert str(error.value).startswith(f"{typed.path}{problem}")
+
+
+def test_own_commands_are_read_where_there_are_some(tmp_path: Path):
+    typed = Typed(tmp_path, '[commands]\nlow = "select t1; altitude"')
+    own = config.own_commands(typed.environ)
+    assert own is not None and [step.text for step in own.steps("low 20")] == ["select t1", "altitude 20"]
+    assert "commands" not in typed("fly f.toml"), "they are no option"
+    typed.path.write_text("slow = true")
+    assert config.own_commands(typed.environ) is None

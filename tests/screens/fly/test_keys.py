@@ -13,7 +13,8 @@ from tests.screens.rigs.fake_station import FakeStation
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.services import GetVehicles, decode_request
-from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
+from tui_gcs.screens.common.help import HelpDialog
+from tui_gcs.screens.common.palette_dialog import PaletteDialog
 from tui_gcs.screens.common.text_dialog import LINE_CELLS
 from tui_gcs.screens.common.tiny_screen import TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen

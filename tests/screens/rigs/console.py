@@ -7,6 +7,7 @@ from pathlib import Path
 
 from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.quiet_pilot import QuietPilot
+from tui_gcs.actions.palette.own_commands import OwnCommands
 from tui_gcs.app import ConsoleApp
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.console.parts import ConsoleOptions
@@ -89,6 +90,7 @@ async def console(
     replay: bool = False,
     read_only: bool = False,
     groups: GroupFile | None = None,
+    own_commands: Mapping[str, str] | None = None,
     recordings: Mapping[str, Path] | None = None,
 ) -> AsyncIterator[Console]:
     """A running console on a station that `prepare` has set up."""
@@ -100,7 +102,14 @@ async def console(
         bus,
         "console-test",
         kind,
-        ConsoleOptions(glyphs=glyphs, replay=replay, read_only=read_only, groups=groups, recordings=recordings or {}),
+        ConsoleOptions(
+            glyphs=glyphs,
+            replay=replay,
+            read_only=read_only,
+            groups=groups,
+            recordings=recordings or {},
+            own_commands=OwnCommands(own_commands) if own_commands else None,
+        ),
         clock=clock,
     )
     async with app.run_test(size=size):

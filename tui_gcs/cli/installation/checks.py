@@ -176,6 +176,7 @@ def settings(environ: Mapping[str, str]) -> Iterator[Diagnosis]:
     path = config.path_of(environ)
     try:
         found = config.read(environ)
+        config.own_commands(environ)
     except CommandError as error:
         yield Diagnosis("settings", Level.BAD, str(error))
         return

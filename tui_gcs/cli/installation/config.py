@@ -9,10 +9,13 @@ import argparse
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tui_gcs.cli.console_options import THEMES
 from tui_gcs.cli.exit_codes import CommandError
+
+if TYPE_CHECKING:
+    from tui_gcs.actions.palette.own_commands import OwnCommands
 
 FILE = "TUI_GCS_CONFIG"
 """The variable that names another file."""
@@ -23,13 +26,13 @@ WITHOUT_SETTINGS = ("stop_fleet", "installation.completion", "installation.docto
 
 
 class Setting(NamedTuple):
-    """One key of the file: what it may hold, and which option of which commands it stands for.
+    """One key of the file: what it may hold, and which option of which commands it stands for; none for a table.
 
     It is no dataclass: importing those takes as long as all else that `--help` needs.
     """
 
     kind: type
-    """`str`, `bool`, `float`, or `list` of texts."""
+    """`str`, `bool`, `float`, `list` of texts, or `dict`: a table of texts."""
     text: str
     """What it means, for the manual."""
     variable: str = ""
@@ -61,6 +64,7 @@ SETTINGS: Mapping[str, Setting] = {
     "autopilot": Setting(str, "of simulated vehicles, as `--autopilot`", "", ("ardupilot", "px4", "mixed")),
     "no_color": Setting(bool, "without colours, as `--no-color`", "NO_COLOR"),
     "quiet": Setting(bool, "no progress and remarks, as `--quiet`", "TUI_GCS_QUIET"),
+    "commands": Setting(dict, "table of your own commands after `:` in a console"),
 }
 """Every key. What gives rights to others, overrides a check, or makes vehicles SIM is not among them: that is typed."""
 
@@ -85,6 +89,21 @@ def read(environ: Mapping[str, str]) -> dict[str, Any]:
         return {}
     import tomllib
 
+    text = _text_of(path)
+    try:
+        content = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # no TOML, nesting without end
+        found = re.search(r"\(at line (\d+), column \d+\)", str(error))
+        line = found[1] if found else len(text.splitlines())
+        raise CommandError(f"{path}:{line}: no TOML: {error}") from None
+    for key, value in content.items():
+        if problem := _problem(key, value):
+            raise CommandError(f"{path}{_line(text, key)}: {problem}")
+    return content
+
+
+def _text_of(path: Path) -> str:
+    """Return the text of the file. Raises `CommandError`."""
     from tui_gcs.core.base.regular_file import open_plain
 
     try:
@@ -92,18 +111,11 @@ def read(environ: Mapping[str, str]) -> dict[str, Any]:
             raw = file.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:
             raise CommandError(f"{path}: longer than {MAX_BYTES} bytes: these are no settings of tui-gcs")
-        text = raw.decode()
-        content = tomllib.loads(text)
+        return raw.decode()
     except OSError as error:
         raise CommandError(f"{path}: cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, nesting without end
-        found = re.search(r"\(at line (\d+), column \d+\)", str(error))
-        line = found[1] if found else len(raw.splitlines())
-        raise CommandError(f"{path}:{line}: no TOML: {error}") from None
-    for key, value in content.items():
-        if problem := _problem(key, value):
-            raise CommandError(f"{path}{_line(text, key)}: {problem}")
-    return content
+    except UnicodeDecodeError as error:
+        raise CommandError(f"{path}:{len(raw[: error.start].splitlines())}: no TOML: {error}") from None
 
 
 def apply(arguments: argparse.Namespace, environ: Mapping[str, str]) -> dict[str, Any]:
@@ -121,6 +133,8 @@ def apply(arguments: argparse.Namespace, environ: Mapping[str, str]) -> dict[str
     used = {}
     for key, value in read(environ).items():
         setting = SETTINGS[key]
+        if setting.kind is dict:  # it stands for no option: whoever needs the table reads it
+            continue
         option, only = key, setting.only
         if key == "kind" and module == "vehicle.verb":  # there, `--kind` of a plan is something else
             option, only = "station", ()
@@ -129,6 +143,24 @@ def apply(arguments: argparse.Namespace, environ: Mapping[str, str]) -> dict[str
             setattr(arguments, option, _absolute(key, value, environ))
             used[key] = value
     return used
+
+
+def own_commands(environ: Mapping[str, str]) -> "OwnCommands | None":
+    """Return the operator's own commands for `:`; None where the file has none.
+
+    Raises:
+        CommandError: see `read`; or one of the commands has a mistake, in one line with file, line and name.
+    """
+    table, path = read(environ).get("commands"), path_of(environ)
+    if not table or path is None:
+        return None
+    from tui_gcs.actions.palette.own_commands import CommandLineError, OwnCommands
+
+    try:
+        return OwnCommands(table)
+    except CommandLineError as error:
+        line = _line(_text_of(path), error.command, "commands") if error.command else ""
+        raise CommandError(f"{path}{line}: commands: {error}") from None
 
 
 def _is_open(arguments: argparse.Namespace, option: str, general: bool) -> bool:
@@ -160,6 +192,9 @@ def _problem(key: str, value: Any) -> str:
     if setting.kind is list:
         sound = isinstance(value, list) and all(isinstance(v, str) for v in value)
         return "" if sound else f'{key}: must be a list of texts, as {key} = ["…"]'
+    if setting.kind is dict:
+        sound = isinstance(value, dict) and all(isinstance(v, str) for v in value.values())
+        return "" if sound else f'{key}: must be a table of texts, as [{key}] and below it name = "…"'
     if setting.kind is float:
         return "" if type(value) in (int, float) else f"{key}: must be a number"
     if not isinstance(value, setting.kind):
@@ -169,7 +204,8 @@ def _problem(key: str, value: Any) -> str:
     return ""
 
 
-def _line(text: str, key: str) -> str:
-    """Return `:LINE` of a key in the file, "" where it stands in a form that is not looked for."""
-    found = re.search(rf"^\s*[\[\"']*{re.escape(key)}\b", text, re.MULTILINE)
+def _line(text: str, key: str, table: str = "") -> str:
+    """Return `:LINE` of a key in the file or in one of its tables, "" where it has a form that is not looked for."""
+    begin = re.search(rf"^\s*\[\s*{table}\s*\]", text, re.MULTILINE) if table else None
+    found = re.compile(rf"^\s*[\[\"']*{re.escape(key)}\b", re.MULTILINE).search(text, begin.end() if begin else 0)
     return "" if found is None else f":{len(text[: found.end()].splitlines())}"

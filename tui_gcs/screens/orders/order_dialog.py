@@ -79,8 +79,12 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         clock: Clock | None = None,
         *,
         doubtful: bool = False,
+        values: str = "",
     ) -> None:
-        """Ask about `order` for the selected vehicles; `doubtful`: see `split`."""
+        """Ask about `order` for the selected vehicles; `doubtful`: see `split`.
+
+        `values` are values of its fields that were typed already, with commas between them.
+        """
         super().__init__(glyphs)
         self.order = order
         self._feed = feed
@@ -101,7 +105,9 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         self._sends_s: float | None = None
         self._deadline_s = 0.0
         self._extend_deadline()
-        if not order.fields:
+        self._fill(values)
+        if self._field == len(order.fields):
+            self._field = max(0, self._field - 1)
             self._ask()
         count = len(self.vehicles)
         target = f"vehicle {ids(self.vehicles)}" if count == 1 else f"{count} vehicles: {ids(self.vehicles)}"
@@ -175,6 +181,13 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
             proposed = name in self._untouched and event.is_printable
             self._values[name] = _typed("" if proposed else self._values[name], event)
             self._untouched.discard(name)
+
+    def _fill(self, values: str) -> None:
+        """Fill the first fields with what was typed before the dialog opened, as if Enter ended each of them."""
+        typed = values.split(",", len(self.order.fields) - 1) if values else []
+        for field, text in zip(self.order.fields, typed, strict=False):
+            self._values[field.name] = text.strip()[:MAX_TYPED]
+        self._field = len(typed)
 
     def _ask(self) -> None:
         """Build the request from the values, and ask for the confirmation."""

@@ -8,7 +8,7 @@ from tui_gcs.actions.action import APP, ConsoleAction, refusal
 from tui_gcs.actions.action_context import ActionContext
 from tui_gcs.actions.orders import ORDERS, why_not_order
 
-_NO_ENTRY = frozenset({"digit", "enter", "cancel", "palette", "leave", "form"})
+NO_ENTRY = frozenset({"digit", "enter", "cancel", "palette", "leave", "form"})
 """Actions that only make sense as keys."""
 SHOW = "show "
 """How the names of the actions begin that show a screen."""
@@ -48,7 +48,7 @@ def entries_of(actions: Iterable[ConsoleAction], scope: str, context: ActionCont
             refusal(action, context),
         )
         for action in actions
-        if action.help and action.id not in _NO_ENTRY
+        if action.help and action.id not in NO_ENTRY
     ]
 
 
@@ -70,17 +70,18 @@ def order_entries(context: ActionContext) -> list[Entry]:
 def found(entries: Iterable[Entry], text: str) -> list[Entry]:
     """Entries that match what was typed, the likeliest first; what can do nothing now comes last.
 
-    Names that begin with it come first, then entries in which each typed word begins a word. Without the second rule
-    `:log` meant HOLD ALL, which works "also from dialogs".
+    A whole name comes before all others, even if it can do nothing now: `:return` must not become `return all` while no
+    vehicle is selected. Then come names that begin with it, then entries in which each typed word begins a word.
+    Without the last rule `:log` meant HOLD ALL, which works "also from dialogs".
     """
     words = text.casefold().split()
     matching = [entry for entry in entries if entry.matches(words)]
     first = text.casefold().strip()
 
-    def order(entry: Entry) -> tuple[bool, bool, bool]:
-        name = entry.name.casefold()
+    def order(entry: Entry) -> tuple[bool, bool, bool, bool]:
         # `:inspector` finds the screen, though its action is called `show inspector`.
-        begins = name.startswith(first) or name.removeprefix(SHOW).startswith(first)
-        return bool(entry.why_not), not begins, not entry.begins_words(words)
+        names = (entry.name.casefold(), entry.name.casefold().removeprefix(SHOW))
+        begins = any(name.startswith(first) for name in names)
+        return first not in names, bool(entry.why_not), not begins, not entry.begins_words(words)
 
     return sorted(matching, key=order)
