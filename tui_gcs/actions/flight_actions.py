@@ -1,7 +1,7 @@
 """The keys of the flights screen, for bindings, footer and help."""
 
 from tui_gcs.actions.action import VIEW, action
-from tui_gcs.actions.list_actions import ROW_ACTIONS
+from tui_gcs.actions.list_actions import ROW_ACTIONS, copy_actions
 
 FILES = "Files"
 """Group of the help."""
@@ -12,9 +12,9 @@ FLIGHT_ACTIONS = (
     action("export", "e", "export", "its tracks as .csv, .kml or .gpx", FILES, 8),
     action("delete", "delete", "delete", "the recording and its journal; asks", FILES, 6),
     action("open_file", "plus", "open file", "a .tlog, .bin or .ulg from anywhere", FILES, 7),
-    action("copy_path", "y", "", "copy its path, or that of a rehearsal's report, to the clipboard", FILES),
     action("filter", "slash", "find", "words of a flight, or of what happened in it", VIEW, 8),
     action("next_severity", "w", "severity", "of what happened: all, notices, warnings, critical", VIEW, 4),
+    *copy_actions("its path, or that of a rehearsal's report; an entry whole", weight=3),
     *ROW_ACTIONS,
     action("cancel", "escape", "", "back to the list; end the search", VIEW),
 )

@@ -1,9 +1,7 @@
 """The inspector's keys, for bindings, footer and help."""
 
 from tui_gcs.actions.action import COMMAND, VIEW, action
-from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS
-
-COPY = "Copy"
+from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS, copy_actions
 
 INSPECTOR_ACTIONS = (
     action("rate", "R", "rate", "ask the vehicle for this message at a rate; asks", COMMAND, 8),
@@ -14,7 +12,7 @@ INSPECTOR_ACTIONS = (
     action("enlarge", "enter", "", "the fields alone, as large as the screen, and back", VIEW),
     action("scroll_down", "right_square_bracket", "", "more fields", VIEW, shown="[ ]", do="scroll(3)"),
     action("scroll_up", "left_square_bracket", "", "", VIEW, do="scroll(-3)"),
-    action("copy", "y", "copy", "what is shown of the message, to the terminal's clipboard (OSC 52)", COPY, 6),
+    *copy_actions("what is shown of the message", weight=6),
     *LOOK_ACTIONS,
     *ROW_ACTIONS,
     action("cancel", "escape", "", "end the search", VIEW),

@@ -1,6 +1,7 @@
 """The missions screen's keys, for bindings, footer and help. While a field has the cursor only those with Ctrl work."""
 
 from tui_gcs.actions.action import COMMAND, DIGITS, SELECT, action
+from tui_gcs.actions.list_actions import copy_actions
 
 EDIT, MAP, VEHICLE = "Missions", "Map", "Vehicle"
 
@@ -30,7 +31,7 @@ MISSION_ACTIONS = (
     action("open", "ctrl+o", "open", "a file: missions of all, or a plan for this vehicle", EDIT, 5),
     action("write", "W", "", "this vehicle's plans to a file: .plan .waypoints .kml .geojson", EDIT),
     action("undo", "u ctrl+z", "undo", "take back the last edit", EDIT, 7),
-    action("redo", "Y ctrl+y", "redo", "do again what was taken back", EDIT, 2, do="edit('editor.redo')"),
+    action("redo", "ctrl+y", "redo", "do again what was taken back", EDIT, 2, do="edit('editor.redo')"),
     action("add", "plus insert", "add", "one more after this one; at the cursor if it is shown", EDIT, 7),
     action("delete", "delete backspace", "delete", "the item; u brings it back", EDIT, 5, do="edit('edits.delete')"),
     action("generate", "g", "generate", "survey, corridor, fence; for several vehicles", EDIT, 6),
@@ -38,6 +39,7 @@ MISSION_ACTIONS = (
     action(
         "copy", "V", "copy", "mission, fence, rally points to other vehicles, on their layers", EDIT, 1, do="copies.ask"
     ),
+    *copy_actions("the item", "all items of this plan"),
     action("take", "ctrl+g", "", "take what is generated", EDIT, do="forms.take_generated"),
     action("kind", "t", "kind", "mission, fence, rally points", SELECT, 6, do="edit('editor.step_kind')"),
     action("digit", DIGITS, "", "edit this vehicle's plan", SELECT, shown="1-9"),

@@ -1,14 +1,14 @@
 """The parameters screen's keys, for bindings, footer and help."""
 
 from tui_gcs.actions.action import COMMAND, VIEW, action
-from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS
+from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS, copy_actions
 
 FILES = "Files"
 
 PARAMETER_ACTIONS = (
     action("edit", "enter e", "set", "the chosen parameter on the compared vehicles; asks", COMMAND, 9),
-    action("copy", "y", "to others", "the value of the vehicle looked at to the others; asks", COMMAND, 6),
-    action("copy_all", "Y", "", "all that is listed, of the vehicle looked at, to the others; asks", COMMAND),
+    action("copy", "V", "to others", "the value of the vehicle looked at to the others; asks", COMMAND, 6),
+    action("copy_all", "E", "", "all that is listed, of the vehicle looked at, to the others; asks", COMMAND),
     action("undo", "u", "undo", "take the last change back; asks", COMMAND, 6),
     action("fetch", "R", "read", "read all parameters of the compared vehicles from them", COMMAND, 7),
     action("filter", "slash", "find", "words of the name or the meaning", VIEW, 9),
@@ -18,6 +18,7 @@ PARAMETER_ACTIONS = (
     action("previous_group", "left_square_bracket", "", "", VIEW),
     action("load", "i", "load", "a parameter file: shows what differs, then asks", FILES, 5),
     action("write", "W", "save", "the parameters of the vehicle looked at to a file", FILES, 5),
+    *copy_actions(),
     *LOOK_ACTIONS,
     *ROW_ACTIONS,
     action("cancel", "escape", "", "end the search", VIEW),

@@ -25,7 +25,7 @@ PLAN_ACTIONS = (
         "team_page", "t", "team", "zone form or team form, where only one of them fits", SELECT, 5, do="forms.turn_page"
     ),
     action("settings", "g", "settings", "name, rounds, take-off places, limits, origin, good run", EDIT, 3),
-    action("redo", "Y ctrl+y", "redo", "do again what was taken back", EDIT, 1),
+    action("redo", "ctrl+y", "redo", "do again what was taken back", EDIT, 1),
     action(
         "copy_zone",
         "c",

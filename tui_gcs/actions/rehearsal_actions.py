@@ -1,7 +1,7 @@
 """The keys of the rehearsals screen, for bindings, footer and help."""
 
 from tui_gcs.actions.action import VIEW, action
-from tui_gcs.actions.list_actions import ROW_ACTIONS
+from tui_gcs.actions.list_actions import ROW_ACTIONS, copy_actions
 
 REHEARSALS = "Rehearsals"
 """Group of the help."""
@@ -18,8 +18,8 @@ REHEARSAL_ACTIONS = (
     action("end_rehearsal", "delete C", "cancel", "the one under way; asks", REHEARSALS, 7, shown="Del"),
     action("gates", "enter", "gates", "the result of each gate, the failed ones first", VIEW, 9),
     action("changes", "d", "changes", "lines of the scenario that differ from the rehearsed one", VIEW, 8),
-    action("copy_report", "y", "copy path", "of its report, to the clipboard", REHEARSALS, 6),
     action("show_flights", "L", "flights", "recordings: replay, what happened, delete", VIEW, 5),
+    *copy_actions("the path of its report; a gate or change whole", weight=6),
     *ROW_ACTIONS,
     action("cancel", "escape", "", "back to the list; forget the report of the last key", VIEW),
 )

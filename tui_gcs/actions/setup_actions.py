@@ -1,7 +1,7 @@
 """The setup screen's keys, for bindings, footer and help."""
 
 from tui_gcs.actions.action import COMMAND, VIEW, action
-from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS
+from tui_gcs.actions.list_actions import LOOK_ACTIONS, ROW_ACTIONS, copy_actions
 
 SETUP_ACTIONS = (
     action("edit", "enter e", "set", "set, choose, calibrate or test the chosen line; asks", COMMAND, 9),
@@ -13,6 +13,7 @@ SETUP_ACTIONS = (
     action("next_view", "tab", "sections", "sections; lines of the section", VIEW, 8),
     action("to_sections", "left h", "", "the list of sections, the lines of the section", VIEW, shown="left right"),
     action("to_fields", "right l", "", "", VIEW),
+    *copy_actions(),
     *LOOK_ACTIONS,
     *ROW_ACTIONS,
     action("cancel", "escape", "", "forget the report of the last key", VIEW),

@@ -1,6 +1,7 @@
 """The actions of the screens that only look: vehicles and journal."""
 
 from tui_gcs.actions.action import SELECT, VIEW, action
+from tui_gcs.actions.list_actions import copy_actions
 
 VEHICLES_ACTIONS = (
     action("turn_view", "tab", "view", "the fleet as cells or as a table", VIEW, 8),
@@ -12,6 +13,7 @@ VEHICLES_ACTIONS = (
         "select_next", "n down j", "", "next and previous vehicle; arrows too", SELECT, 3, shown="n/N", do="step(1)"
     ),
     action("select_previous", "N up k", "", "", SELECT, do="step(-1)"),
+    *copy_actions("the vehicle looked at", "all vehicles shown"),
     action("cancel", "escape", "", "end the filter", SELECT),
 )
 
@@ -26,5 +28,6 @@ JOURNAL_ACTIONS = (
     action("page_down", "pagedown", "", "", VIEW, do="page(-1)"),
     action("oldest", "home", "", "", VIEW, do="end(1)"),
     action("newest", "end F", "follow", "the newest lines, as they come; F too", VIEW, 4, do="end(-1)"),
+    *copy_actions("the lines in view", "all lines that fit, as far as they are read"),
     action("cancel", "escape", "", "no filter", VIEW),
 )

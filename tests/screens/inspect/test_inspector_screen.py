@@ -200,7 +200,7 @@ async def test_what_is_shown_goes_to_the_clipboard() -> None:
         await choose(c, "gps")
         await c.press("y")
         assert "fix_type" in c.app.clipboard and "GPS_RAW_INT 24" in c.app.clipboard
-        assert "lines sent to the terminal's clipboard" in panel(c)
+        assert "235 bytes copied to the terminal's clipboard: 6 lines" in panel(c)
         await c.press("x", "y")
         assert c.app.clipboard.startswith("fd 1e 00")
 

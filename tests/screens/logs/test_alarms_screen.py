@@ -199,7 +199,7 @@ async def test_more_alarms_than_lines_are_all_reached_by_arrows_and_the_marked_o
         for n in range(12):
             line = next(line for line in c.text().splitlines() if "▸" in line and "trouble" in line)
             assert f"trouble {n}" in line
-            assert "Esc close" in c.text()
+            assert "y copy  Esc" in c.text()
             await c.press("down")
 
 

@@ -482,7 +482,7 @@ async def test_a_download_is_an_edit_and_a_comparison_changes_nothing() -> None:
 
         c.station.requests.clear()
         c.app.feed.requests.read_only = "read-only: test"
-        await c.press("U", "y")
+        await c.press("U")
         assert c.mission_station.uploads() == []
         assert "nothing sent: read-only" in c.said()
 

@@ -109,7 +109,7 @@ async def test_without_a_selection_nothing_is_set() -> None:
         await opened(c)
         await c.press("enter")
         assert "no vehicle is selected" in c.text()
-        await c.press("y", "u")
+        await c.press("V", "u")
         assert sets(c) == []
 
 
@@ -164,7 +164,7 @@ async def test_an_armed_vehicle_is_warned_about_and_the_request_says_that_it_is_
 async def test_all_that_differs_is_copied_from_one_to_many_without_identities() -> None:
     async with console(WIDE, known) as c:
         await opened(c, *range(1, 9))
-        await c.press("tab", "Y", "y")
+        await c.press("tab", "E", "y")
         assert {(r.vehicles, tuple(r.values.items())) for r in sets(c)} == {
             ((3, 5), (("WPNAV_SPEED", 700.0),)),
             ((7,), (("FENCE_ENABLE", 1),)),
@@ -236,7 +236,7 @@ async def test_favourites_are_listed_alone() -> None:
 async def test_a_read_only_console_changes_nothing() -> None:
     async with console(WIDE, known, read_only=True) as c:
         await opened(c, 1)
-        await c.press("enter", "y", "R", "u", "Y")
+        await c.press("enter", "V", "R", "u", "E")
         assert c.station.commands() == []
 
 

@@ -48,7 +48,7 @@ async def test_rounds_are_added_and_deleted() -> None:
         assert "round 4" not in c.plan.round_chooser.text()
         await c.press("u")
         assert "4 round 4" in c.plan.round_chooser.text()
-        await c.press("Y")
+        await c.press("ctrl+y")
         assert "done again: delete round 4" in c.said() and "round 4" not in c.plan.round_chooser.text()
 
 

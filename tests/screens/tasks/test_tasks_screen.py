@@ -78,7 +78,7 @@ async def test_a_task_is_cancelled_after_y_also_that_of_another_console() -> Non
 
 async def test_a_task_that_is_over_is_not_cancelled() -> None:
     async with console(WIDE, busy) as c:
-        await opened(c, "end", "delete", "y")
+        await opened(c, "end", "delete", "enter")
         assert asked(c) == [] and "task 1 is failed" in panel(c)
 
 
@@ -121,7 +121,7 @@ async def test_control_is_taken_from_another_console_after_y() -> None:
 
 async def test_a_read_only_console_changes_nothing() -> None:
     async with console(WIDE, busy, read_only=True) as c:
-        await opened(c, "delete", "y", "tab", "O", "y")
+        await opened(c, "delete", "enter", "tab", "O", "enter")
         assert c.station.commands() == [] and "read-only" in panel(c)
 
 

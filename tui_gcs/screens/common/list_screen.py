@@ -5,6 +5,8 @@ from typing import Any
 from textual.screen import Screen
 
 from tui_gcs.feed.feed import Feed
+from tui_gcs.screens.common.row_copies import copy_rows
+from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowPicked, RowsView
 
 
@@ -30,6 +32,10 @@ class ListScreen(Screen[None]):
         """Show what belongs to the chosen row; called whenever another one was chosen."""
         raise NotImplementedError
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """Report what became of a key."""
+        raise NotImplementedError
+
     def on_row_picked(self, message: RowPicked) -> None:
         """Choose the row that was clicked."""
         message.view.show(message.view.rows, message.index)
@@ -52,3 +58,13 @@ class ListScreen(Screen[None]):
     def action_end(self, direction: int) -> None:
         """Choose the first row (-1) or the last one (1)."""
         self.action_step(direction * len(self.row_list.rows))
+
+    def action_copy_row(self) -> None:
+        """Copy the chosen row to the terminal's clipboard."""
+        rows = self.row_list
+        self.say(*copy_rows(self.app, [rows.record(rows.chosen_row)] if rows.rows else []))
+
+    def action_copy_rows(self) -> None:
+        """Copy all rows of the list to the terminal's clipboard."""
+        rows = self.row_list
+        self.say(*copy_rows(self.app, [rows.record(row) for row in rows.rows]))

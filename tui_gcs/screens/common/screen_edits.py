@@ -8,6 +8,7 @@ from textual.screen import Screen
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.feed.feed import Feed
+from tui_gcs.screens.common.row_copies import copy_text
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
@@ -31,5 +32,4 @@ class ScreenEdits:
 
     def copy_path(self, path: str) -> None:
         """Send the path of a file to the terminal's clipboard, and report it."""
-        self._host.app.copy_to_clipboard(path)
-        self.say(f"sent to the terminal's clipboard: {path}", Ink.NORMAL)
+        self.say(*copy_text(self._host.app, path, path))

@@ -136,6 +136,10 @@ class FlightsScreen(PolledScreen):
         if self.typed.take(event):
             self.show_all()
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
+        self.files.say(text, ink)
+
     # ---------------------------------------------------------------- keys
 
     def action_enter(self) -> None:
@@ -200,9 +204,12 @@ class FlightsScreen(PolledScreen):
         else:
             self.files.delete(self.flight_list.chosen_row, self.look)
 
-    def action_copy_path(self) -> None:
-        """Copy the path of the chosen recording, or of its report."""
-        self.files.copy_path_of(self._chosen)
+    def action_copy_row(self) -> None:
+        """Copy the path of the chosen recording, or of its report; in an opened one the chosen entry."""
+        if self._opened is None:
+            self.files.copy_path_of(self._chosen)
+        else:
+            super().action_copy_row()
 
     def action_filter(self) -> None:
         """Begin to type the words to look for."""

@@ -119,6 +119,10 @@ class VehicleLogsScreen(ListScreen):
         else:
             self.edits.say(f"{what}: done for {vehicles_words({one.vehicle for one in ended})}", Ink.NORMAL)
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
+        self.edits.say(text, ink)
+
     # ---------------------------------------------------------------- keys
 
     def action_list_logs(self) -> None:

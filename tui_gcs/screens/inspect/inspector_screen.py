@@ -15,6 +15,7 @@ from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.message_inspection import MessageInspector, matching
 from tui_gcs.feed.messages import SelectionChanged, StationBack, StationLost
 from tui_gcs.screens.common.polled_screen import PolledScreen
+from tui_gcs.screens.common.row_copies import copy_text
 from tui_gcs.screens.common.typed_words import TypedWords
 from tui_gcs.screens.inspect.message_rates import MessageRates
 from tui_gcs.widgets.basics.border_titles import set_title
@@ -128,6 +129,10 @@ class InspectorScreen(PolledScreen):
             self.show_all()
             self.show_chosen()
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
+        self.rates.say(text, ink)
+
     # ---------------------------------------------------------------- keys
 
     def show_chosen(self) -> None:
@@ -177,14 +182,15 @@ class InspectorScreen(PolledScreen):
         """Show other fields of the message."""
         self.panel.scroll_by(lines)
 
-    def action_copy(self) -> None:
-        """Send what is shown of the message to the terminal's clipboard."""
+    def action_copy_row(self) -> None:
+        """Copy what is shown of the message; of what was dropped, the chosen row."""
         text = self.panel.copied()
-        if not text:
-            self.rates.say("there is nothing to copy yet", Ink.CAUTION)
-            return
-        self.app.copy_to_clipboard(text)
-        self.rates.say(f"{len(text.splitlines())} lines sent to the terminal's clipboard", Ink.NORMAL)
+        if self.has_class("-dropped"):
+            super().action_copy_row()
+        elif text:
+            self.say(*copy_text(self.app, f"{len(text.splitlines())} lines", text))
+        else:
+            self.say("there is nothing to copy yet", Ink.CAUTION)
 
     def action_rate(self) -> None:
         """Ask for the rate of the chosen message."""

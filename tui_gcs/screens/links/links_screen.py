@@ -127,6 +127,10 @@ class LinksScreen(PolledScreen):
         name = row.link if isinstance(row, PathRow) else getattr(getattr(row, "row", None), "name", "")
         return next((each.row for each in self.watch_links.links if each.row.name == name), None)
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
+        self.edits.say(text, ink)
+
     # ---------------------------------------------------------------- keys
 
     def action_next_view(self) -> None:

@@ -10,8 +10,10 @@ from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import EventRaised, StatusUpdated
+from tui_gcs.screens.common.row_copies import copy_rows
 from tui_gcs.screens.common.text_dialog import REACTION_S, TextDialog
 from tui_gcs.widgets.basics.alarm_line import LEVEL_INKS, LEVEL_TAGS
+from tui_gcs.widgets.basics.copied_rows import Record
 from tui_gcs.widgets.basics.event_lines import event_line
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
@@ -79,6 +81,9 @@ class AlarmScreen(TextDialog[None]):
             self._mark(1 if event.key in ("down", "j") else -1)
         elif event.key == "x":
             self._acknowledge([alarm for alarm in self.alarms() if alarm.state in ("new", "over")])
+        elif event.key in ("y", "Y"):
+            copied = self.alarms() if event.key == "Y" else [marked] if marked is not None else []
+            self._hint, _ = copy_rows(self.app, [alarm_record(alarm) for alarm in copied])
         elif marked is None or event.key not in ("a", "v", "s"):
             pass
         # The key was probably meant for the alarm that was marked before.
@@ -179,12 +184,28 @@ class AlarmScreen(TextDialog[None]):
             keys.append("s unshelve" if marked.state == "shelved" else f"s shelve {SHELVE_MIN:.0f} min")
         if marked.vehicles:
             keys.append("v select")
-        return [(" a = acknowledge ", Ink.SELECTED), (f"  {'  '.join(keys)}  Esc close", Ink.BOLD)]
+        return [(" a = acknowledge ", Ink.SELECTED), (f"  {'  '.join([*keys, 'y copy'])}  Esc", Ink.BOLD)]
 
 
 def _key(alarm: Alarm) -> str:
     """Return what identifies the marked alarm: the same cause may exist shelved and not shelved."""
     return f"{alarm.cause}{SHELVED}" if alarm.state == "shelved" else alarm.cause
+
+
+def alarm_record(alarm: Alarm) -> Record:
+    """Return an alarm for the clipboard."""
+    about: dict[str, object] = {
+        "alarm": alarm.title,
+        "level": alarm.level,
+        "state": alarm.state,
+        "vehicles": alarm.vehicles,
+    }
+    more: dict[str, object] = {
+        "names": alarm.names,
+        "details": alarm.text,
+        "what_to_do": action_words(alarm.action, KEYS),
+    }
+    return {**about, **more, "by": alarm.by, "since_s": alarm.since_s}
 
 
 def _cause(key: str) -> str:

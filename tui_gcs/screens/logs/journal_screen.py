@@ -22,8 +22,10 @@ from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import EventRaised, EventsForgotten, SelectionChanged, StationBack, StationLost
+from tui_gcs.screens.common.row_copies import copy_rows
 from tui_gcs.screens.common.typed_words import TypedWords
 from tui_gcs.widgets.basics.border_titles import framed, set_title
+from tui_gcs.widgets.basics.copied_rows import Record
 from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -100,6 +102,12 @@ class JournalLines(LinesView):
         """The number of lines that fit."""
         return max(1, self.size.height)
 
+    @property
+    def events_in_view(self) -> Sequence[JournalEvent]:
+        """The events that are completely in view, oldest first."""
+        end = len(self._events) - self.up
+        return self._events[max(0, end - self.fit) : end]
+
     def lines(self, width: int, height: int) -> list[Line]:
         """Return as many of the newest events as fit."""
         end = len(self._events) - self.up
@@ -146,6 +154,16 @@ def journal_line(event: JournalEvent, width: int, principal: str) -> list[Run]:
     ]
 
 
+def journal_record(event: JournalEvent) -> Record:
+    """Return an event for the clipboard, with date and time in UTC."""
+    try:
+        when = time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime(event.wall_s))
+    except (OverflowError, ValueError, OSError):  # a damaged line
+        when = ""
+    own: dict[str, object] = {"time_utc": when, "class": event.cls, "severity": event.severity, "source": event.source}
+    return own | {"text": event.text}
+
+
 def _key(event: JournalEvent) -> tuple[int, float, str]:
     return event.seq, event.wall_s, event.text
 
@@ -168,6 +186,8 @@ class JournalScreen(Screen[None]):
         self._events: list[JournalEvent] = []
         self._has: set[tuple[int, float, str]] = set()
         self._before = JOURNAL_END
+        self._copied = ""
+        """What the last key copied; in the title until the next key."""
         self._asking = False
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.journal_lines = JournalLines(glyphs=glyphs)
@@ -244,6 +264,8 @@ class JournalScreen(Screen[None]):
             self.journal_lines.show(self._shown(), self._title(), self.feed.requests.principal)
 
     def _title(self) -> str:
+        if self._copied:
+            return self._copied
         chosen = self._filter
         parts = ["journal", "follows" if not self.journal_lines.up else f"{self.journal_lines.up} events from the end"]
         if search := self.typed.title("words"):
@@ -289,6 +311,7 @@ class JournalScreen(Screen[None]):
 
     def _set_filter(self, **changes: object) -> None:
         """Change the filter and show the newest events that fit; request older ones if few do."""
+        self._copied = ""
         vehicles = frozenset(self.feed.selection.ids) if self._only_selected else None
         old = self._filter
         values = {"words": old.words, "cls": old.cls, "severity": old.severity, **changes, "vehicles": vehicles}
@@ -326,10 +349,23 @@ class JournalScreen(Screen[None]):
 
     def action_scroll(self, events_: int) -> None:
         """Scroll to older events, or to newer ones if negative; older ones than are held are requested."""
+        self._copied = ""
         lines = self.journal_lines
         if lines.up + events_ > len(self._shown()) - lines.room:
             self._ask_older()
         lines.go(lines.up + events_, self._shown())
+        self.show()
+
+    def action_copy_row(self) -> None:
+        """Copy the events in view to the terminal's clipboard."""
+        self._copy(self.journal_lines.events_in_view)
+
+    def action_copy_rows(self) -> None:
+        """Copy all events held that fit the filter to the terminal's clipboard."""
+        self._copy(self._shown())
+
+    def _copy(self, copied: Sequence[JournalEvent]) -> None:
+        self._copied, _ = copy_rows(self.app, [journal_record(event) for event in copied])
         self.show()
 
     def action_page(self, pages: int) -> None:

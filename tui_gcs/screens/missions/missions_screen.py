@@ -28,6 +28,7 @@ from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import PlannerUpdated, ScenarioUpdated, StatusUpdated
 from tui_gcs.screens.common.draft_screen import DraftScreen, typed_path
 from tui_gcs.screens.common.map_screen import present_round
+from tui_gcs.screens.common.row_copies import copy_rows
 from tui_gcs.screens.missions.mission_forms import MissionForms
 from tui_gcs.screens.missions.mission_transfers import MissionTransfers
 from tui_gcs.screens.missions.plan_copies import PlanCopies
@@ -372,6 +373,14 @@ class MissionsScreen(DraftScreen):
         question = f"{what}? C again clears it here; what is on board stays"
         if not self.editor.items or self.feedback.confirmed(what, question):
             self.did(self.edits.clear())
+
+    def action_copy_row(self) -> None:
+        """Copy the edited item to the terminal's clipboard."""
+        self.did(*copy_rows(self.app, self.item_table.records()[self.editor.index :][:1]))
+
+    def action_copy_rows(self) -> None:
+        """Copy all items of the edited plan to the terminal's clipboard."""
+        self.did(*copy_rows(self.app, self.item_table.records()))
 
     def action_undo(self) -> None:
         """Put back a value that is not allowed; if there is none, undo the last edit."""

@@ -213,6 +213,10 @@ class ParametersScreen(ListScreen):
                 self.parameter_list.show(self.parameter_list.rows, 0)
                 self.show_chosen()
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
+        self.edits.say(text, ink)
+
     # ---------------------------------------------------------------- keys
 
     def action_filter(self) -> None:

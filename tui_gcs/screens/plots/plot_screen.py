@@ -15,6 +15,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.feed.plots.plot_layout import MAX_PANES, WHOLE_FLIGHT, WINDOWS_S, PanePlan, PlotLayout, PlotViews
 from tui_gcs.feed.plots.plot_source import PlotSource, first_s
 from tui_gcs.feed.plots.plotted_values import PlotValue
+from tui_gcs.screens.common.row_copies import copy_text
 from tui_gcs.screens.plots.value_picker import ValuePicker
 from tui_gcs.screens.plots.views_dialog import ViewsDialog
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -330,8 +331,7 @@ class PlotScreen(Screen[None]):
     def action_copy(self) -> None:
         """Send what is shown to the terminal's clipboard."""
         parts = [f"{pane.border_title}\n{pane.text()}" for pane in self.panes if pane.display]
-        self.app.copy_to_clipboard("\n".join(parts))
-        self.say(f"{len(parts)} panes sent to the terminal's clipboard", Ink.NORMAL)
+        self.say(*copy_text(self.app, f"{len(parts)} panes", "\n".join(parts)))
 
     def action_cancel(self) -> None:
         """Hide the cursor, and forget the report of the last key."""

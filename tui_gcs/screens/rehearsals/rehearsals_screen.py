@@ -184,6 +184,10 @@ class RehearsalsScreen(PolledScreen):
             return self.gate_list
         return self.change_list if self.has_class(CHANGES) else self.rehearsal_list
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
+        self.runs.say(text, ink)
+
     # ---------------------------------------------------------------- keys
 
     def action_rehearse(self) -> None:
@@ -222,8 +226,11 @@ class RehearsalsScreen(PolledScreen):
             self.set_class(name == view, name)
         self.show_all()
 
-    def action_copy_report(self) -> None:
-        """Copy the path of the chosen rehearsal's report."""
+    def action_copy_row(self) -> None:
+        """Copy the path of the chosen rehearsal's report; of gates and changes, the chosen row."""
+        if self.row_list is not self.rehearsal_list:
+            super().action_copy_row()
+            return
         row = self.rehearsal_list.chosen_row
         self.runs.copy_report(row.record if row is not None else None)
 

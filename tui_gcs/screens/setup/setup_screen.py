@@ -128,6 +128,10 @@ class SetupScreen(PolledScreen):
         self._go_to(sections=message.view is self.section_list)
         super().on_row_picked(message)
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
+        self.edits.say(text, ink)
+
     # ---------------------------------------------------------------- keys
 
     def _go_to(self, *, sections: bool) -> None:

@@ -97,27 +97,28 @@ class TasksScreen(PolledScreen):
         """The tasks, or the people."""
         return self.people_list if self.has_class("-people") else self.task_list
 
-    def _say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
         self._report = ((clean(text, 400), ink),)
         self.show_all()
 
     def _ask(self, title: str, reason: str, does: str, request: CancelTask | HandOver | TakeControl) -> None:
         """Ask whether a request is meant, and send it."""
         if why := self.feed.requests.read_only:
-            self._say(why, Ink.CAUTION)
+            self.say(why, Ink.CAUTION)
             return
 
         def answered(yes: bool | None) -> None:
             if yes:
                 self.run_worker(self._send(request), group="send", exit_on_error=False)
             else:
-                self._say("left as it is")
+                self.say("left as it is")
 
         self.app.push_screen(SureDialog(title, [reason], does, self._glyphs, self._clock), answered)
 
     async def _send(self, request: CancelTask | HandOver | TakeControl) -> None:
         reply = await self.feed.requests.send(request)
-        self._say(reply.text if reply.ok else f"NOT DONE: {reply.text}", Ink.NORMAL if reply.ok else Ink.WARNING)
+        self.say(reply.text if reply.ok else f"NOT DONE: {reply.text}", Ink.NORMAL if reply.ok else Ink.WARNING)
         self.look()
 
     # ---------------------------------------------------------------- keys
@@ -136,7 +137,7 @@ class TasksScreen(PolledScreen):
         """Ask whether the chosen task is to be cancelled."""
         task: TaskInfo | None = self.task_list.chosen_row if not self.has_class("-people") else None
         if task is None or task.over:
-            self._say(
+            self.say(
                 "no task under way is chosen" if task is None else f"task {task.number} is {task.state}", Ink.CAUTION
             )
             return
@@ -147,9 +148,9 @@ class TasksScreen(PolledScreen):
         """Ask whether control is to be handed to the chosen console."""
         person = self.people_list.chosen_row if self.has_class("-people") else None
         if person is None:
-            self._say("choose a console first: Tab shows who is connected", Ink.CAUTION)
+            self.say("choose a console first: Tab shows who is connected", Ink.CAUTION)
         elif person.principal == self.feed.requests.principal:
-            self._say("that is this console: choose another one, or G takes control", Ink.CAUTION)
+            self.say("that is this console: choose another one, or G takes control", Ink.CAUTION)
         else:
             reason = "the next command of any console takes control again"
             self._ask(f"hand control over to {person.principal}", reason, "hand over", HandOver(person.principal))
@@ -159,7 +160,7 @@ class TasksScreen(PolledScreen):
         status = self.feed.status
         holder = status.in_control if status is not None else ""
         if holder == self.feed.requests.principal:
-            self._say("this console has control already")
+            self.say("this console has control already")
             return
         self._ask("take control", f"{holder or 'nobody'} has control now", "take it", TakeControl())
 

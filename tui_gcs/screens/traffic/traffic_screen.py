@@ -127,6 +127,10 @@ class TrafficScreen(PolledScreen):
             self.edits.say(why, Ink.CAUTION)
         return not why
 
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """See `ListScreen`."""
+        self.edits.say(text, ink)
+
     # ---------------------------------------------------------------- keys
 
     def action_next_view(self) -> None:

@@ -21,7 +21,9 @@ from tui_gcs.feed.messages import (
     StatusUpdated,
     VehicleInfoUpdated,
 )
+from tui_gcs.screens.common.row_copies import copy_rows
 from tui_gcs.screens.common.typed_words import TypedWords
+from tui_gcs.widgets.basics.copied_rows import record_of
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.top_lines import TopLines
@@ -66,6 +68,8 @@ class VehiclesScreen(Screen[None]):
         self.typed = TypedWords()
         self._figures_s = -math.inf
         self._sorted_by = "ID"
+        self._copied = ""
+        """What the last key copied; instead of the legend until the next key."""
         self._has_chosen = False
         """The operator has chosen grid or table; until then the size of the fleet decides."""
         self.top_lines = TopLines(feed, glyphs=glyphs)
@@ -139,9 +143,8 @@ class VehiclesScreen(Screen[None]):
         self.set_class(is_grid and not self.grid.has_room(shown, self.size.width, self._grid_lines()), "-crowded")
         view = self.table if self.has_class("-table") else self.grid
         view.show(shown, alarms, selection.ids, selection.lead)
-        self.cause_line.show(
-            alarms if not self.typed.words and not self.typed.is_typing else (), self._legend(len(shown), len(rows))
-        )
+        has_words = bool(self.typed.words or self.typed.is_typing or self._copied)
+        self.cause_line.show(() if has_words else alarms, self._legend(len(shown), len(rows)))
         self.show_detail(rows)
 
     def _grid_lines(self) -> int:
@@ -158,6 +161,8 @@ class VehiclesScreen(Screen[None]):
             panel.show(row, self.feed.inspection.info, alarms, frame.wind_m_s if frame is not None else None)
 
     def _legend(self, shown: int, all_of_them: int) -> str:
+        if self._copied:
+            return self._copied
         if self.typed.words or self.typed.is_typing:
             cursor = "_   Enter keeps, Esc ends" if self.typed.is_typing else "   / changes, Esc ends"
             return f"filter: {self.typed.words}{cursor}   {shown} of {all_of_them}"
@@ -175,16 +180,30 @@ class VehiclesScreen(Screen[None]):
 
     def action_filter(self) -> None:
         """Begin to type the filter."""
-        self.typed.is_typing = True
+        self.typed.is_typing, self._copied = True, ""
         self.show_all()
 
     def action_cancel(self) -> None:
         """End the filter: all vehicles are shown."""
-        self.typed.words = ""
+        self.typed.words = self._copied = ""
+        self.show_all()
+
+    def action_copy_row(self) -> None:
+        """Copy what is known of the vehicle looked at to the terminal's clipboard."""
+        self._copy([row for row in self._rows() if row.id == self.feed.selection.lead])
+
+    def action_copy_rows(self) -> None:
+        """Copy what is known of the vehicles shown to the terminal's clipboard, in their order."""
+        rows = {row.id: row for row in self._rows()}
+        self._copy([rows[vehicle] for vehicle in self._order() if vehicle in rows])
+
+    def _copy(self, rows: list[VehicleRow]) -> None:
+        self._copied, _ = copy_rows(self.app, [record_of(row) for row in rows])
         self.show_all()
 
     def action_turn_view(self) -> None:
         """Switch between grid and table."""
+        self._copied = ""
         self._has_chosen = True
         self.toggle_class("-table")
         self.show_all()
@@ -192,12 +211,14 @@ class VehiclesScreen(Screen[None]):
     def action_sort(self, by: int, turn: bool = False) -> None:
         """Sort the table by the next column (1) or the previous one (-1), or reverse its order."""
         self._has_chosen = True
+        self._copied = ""
         self.add_class("-table")
         self._sorted_by = self.table.sort_by(by, turn=turn)
         self.show_all()
 
     def action_step(self, by: int) -> None:
         """Select the next vehicle in the order shown (1), or the previous one (-1)."""
+        self._copied = ""
         self.feed.selection.step(by, self._order())
 
     def _order(self) -> tuple[int, ...]:

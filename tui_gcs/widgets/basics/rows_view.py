@@ -7,6 +7,7 @@ from textual import events
 from textual.message import Message
 
 from tui_gcs.widgets.basics.border_titles import show_beyond
+from tui_gcs.widgets.basics.copied_rows import Record, record_of
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 
@@ -43,6 +44,10 @@ class RowsView(LinesView, Generic[T]):
     def row_line(self, row: T, width: int, *, is_chosen: bool) -> Line:
         """Return the text of one row."""
         raise NotImplementedError
+
+    def record(self, row: T) -> Record:
+        """Return the values of a row by their titles, for the clipboard."""
+        return record_of(row)
 
     @property
     def chosen_row(self) -> T | None:

@@ -6,6 +6,7 @@ from tui_gcs.core.protocol.services import LogRow, TaskInfo
 from tui_gcs.core.records.flight_archive import utc_time
 from tui_gcs.feed.task_requests import TaskOutcome
 from tui_gcs.widgets.basics.border_titles import framed
+from tui_gcs.widgets.basics.copied_rows import Record
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
@@ -38,6 +39,13 @@ class VehicleLogList(RowsView[LogLine]):
         if is_chosen:
             return [(cut(text, width), Ink.SELECTED_CAUTION if failed else Ink.SELECTED)]
         return [(cut(text, width), Ink.CAUTION if failed else Ink.BOLD if marked else Ink.TEXT)]
+
+    def record(self, row: LogLine) -> Record:
+        """Return vehicle, number, time, size and download of a log."""
+        vehicle, log, _, task, outcome = row
+        when = utc_time(log.time_utc or math.nan)
+        download = download_words(task, outcome)
+        return {"vehicle": vehicle, "log": log.id, "time_utc": when, "size_bytes": log.size, "download": download}
 
 
 def download_words(task: TaskInfo | None, outcome: TaskOutcome | None) -> str:

@@ -10,6 +10,7 @@ from tui_gcs.core.missions.mission_builder import CHANGE_SPEED
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.plans.model import JUMP, PLAIN_FRAME, PlanItem, PlanKind
 from tui_gcs.widgets.basics.border_titles import show_beyond
+from tui_gcs.widgets.basics.copied_rows import Record
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
@@ -157,6 +158,11 @@ class ItemTable(LinesView, can_focus=True):
         show_beyond(self.parent, self._first, len(items) - shown.stop, "arrows")
         return [[(_header(editor), Ink.MUTED)], *(self._line(i, items[i], wrong.get(i)) for i in shown)]
 
+    def records(self) -> list[Record]:
+        """Return the items for the clipboard, as MISSION_ITEM_INT has them, with degrees."""
+        editor = self._editor
+        return [_record(editor, number, item) for number, item in enumerate(editor.items, 1)]
+
     def _line(self, index: int, item: PlanItem, wrong: FindingLevel | None) -> Line:
         editor = self._editor
         chosen = index == editor.index
@@ -168,6 +174,14 @@ class ItemTable(LinesView, can_focus=True):
             (name, ink),
             (f"{word_of(item.command).word[:12]:<12}{_height(item)}{_more(editor, index, item)}", style),
         ]
+
+
+def _record(editor: MissionEditor, number: int, item: PlanItem) -> Record:
+    place = {"latitude_deg": item.x / 1e7, "longitude_deg": item.y / 1e7} if item.is_place else {}
+    params = {f"param{at}": value for at, value in enumerate(item.params, 1)}
+    own: dict[str, object] = {"vehicle": editor.vehicle, "plan": editor.kind.word, "number": number}
+    named = {"command": item.command, "item": word_of(item.command).word, "frame": item.frame}
+    return {**own, **named, **params, **place, "height_m": item.z}
 
 
 def _header(editor: MissionEditor) -> str:

@@ -6,6 +6,7 @@ from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.feed.fleet_parameters import FleetParameter
 from tui_gcs.widgets.basics.border_titles import framed
+from tui_gcs.widgets.basics.copied_rows import Record
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
@@ -52,6 +53,14 @@ class ParameterList(RowsView[FleetParameter]):
         if is_chosen:
             return [(cut(text + rest, width), Ink.SELECTED_CAUTION if row.differs else Ink.SELECTED)]
         return [(text, ink), (rest, ink if row.differs else Ink.MUTED)]
+
+    def record(self, row: FleetParameter) -> Record:
+        """Return name, unit, default and meaning, and the value of each compared vehicle."""
+        values = {vehicle: shown(group.value) for group in row.groups for vehicle in group.vehicles}
+        default = shown(row.row.default) if row.row.default is not None else ""
+        own: dict[str, object] = {"name": row.name, "units": row.row.units, "default": default, "meaning": row.row.text}
+        vehicles = sorted({*values, *row.lacking})
+        return own | {f"vehicle_{vehicle}": values.get(vehicle, "") for vehicle in vehicles}
 
 
 def others_words(row: FleetParameter, lead: int | None) -> str:

@@ -3,6 +3,7 @@
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.feed.setup_watch import ATTENTION, DONE, UNKNOWN, FleetSetupField, SectionSummary
 from tui_gcs.widgets.basics.border_titles import framed
+from tui_gcs.widgets.basics.copied_rows import Record
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
@@ -32,6 +33,11 @@ class SectionList(RowsView[SectionSummary]):
         text = f"{MARKS[row.state]} {row.section:<{SECTION_CELLS}} {state}{where}"
         return [(cut(text, width), _ink(row.state, is_chosen=is_chosen, is_active=self.is_active))]
 
+    def record(self, row: SectionSummary) -> Record:
+        """Return the section, its worst state, and what is so or missing on which vehicles."""
+        found = "; ".join(f"{state}: {text} [{id_ranges(vehicles)}]" for state, text, vehicles in row.texts)
+        return {"section": row.section, "state": row.state, "found": found}
+
 
 class FieldList(RowsView[FleetSetupField]):
     """A line for each value, sensor, failsafe or motor of a section."""
@@ -56,6 +62,12 @@ class FieldList(RowsView[FleetSetupField]):
         whose = f"[{id_ranges(row.vehicles)}] " if len(row.values) == 1 and self._is_of_some(row) else ""
         text = f"{MARKS[state]} {what} {whose}{field_words(row)}"
         return [(cut(text, width), _ink(state, is_chosen=is_chosen, is_active=self.is_active))]
+
+    def record(self, row: FleetSetupField) -> Record:
+        """Return the line, its parameter, whether it needs attention, and what it is on each vehicle."""
+        words = {vehicle: value for value, vehicles in row.values for vehicle in vehicles}
+        own: dict[str, object] = {"line": row.row.label, "parameter": row.row.param, "attention": row.attention}
+        return own | {f"vehicle_{vehicle}": words[vehicle] for vehicle in sorted(words)}
 
     def _is_of_some(self, row: FleetSetupField) -> bool:
         return bool(set(self.vehicles).difference(row.vehicles))
