@@ -59,7 +59,7 @@ class Air:
 @settings(max_examples=60, deadline=None, derandomize=True)
 def test_an_hour_of_any_loss_both_ways_is_no_dead_way_up(loss: float, seed: int) -> None:
     air = Air(loss, loss, seed)
-    assert not any(air.ask().way.dead for _ in range(HOUR))
+    assert not any(air.ask().path.up_way_dead for _ in range(HOUR))
 
 
 @given(st.floats(0.0, 0.4), st.floats(0.0, 0.4), st.integers(0, 2**32))
@@ -69,7 +69,7 @@ def test_a_way_up_that_is_worse_than_the_way_down_is_learned(down: float, up: fl
     for step in range(60):  # it grows in five minutes
         air.up = up * step / 60
         air.ask()
-    assert not any(air.ask().way.dead for _ in range(HOUR))
+    assert not any(air.ask().path.up_way_dead for _ in range(HOUR))
 
 
 @pytest.mark.parametrize(("loss", "seconds"), [(0.0, 20.0), (0.02, 40.0), (0.1, 70.0), (0.33, 200.0)])
@@ -79,10 +79,10 @@ def test_a_dead_way_up_is_found_the_sooner_the_better_the_link_was(loss: float, 
     for _ in range(60):
         air.ask()
     air.up, died_s = 1.0, air.now
-    while not air.way.dead:
+    while not air.path.up_way_dead:
         assert air.ask().now - died_s <= seconds
     air.up = air.down = 0.0
-    assert not air.ask().way.dead
+    assert not air.ask().path.up_way_dead
 
 
 def test_no_answer_is_missing_while_the_vehicle_is_not_heard() -> None:
@@ -91,7 +91,7 @@ def test_no_answer_is_missing_while_the_vehicle_is_not_heard() -> None:
         air.ask()
     air.way.ask(99, air.now)
     air.way.settle(air.now + ANSWER_S)
-    assert air.way.missed == 2 and not air.way.dead
+    assert air.way.missed == 2 and not air.path.up_way_dead
 
 
 @pytest.mark.parametrize(("chance", "count"), [(0.001, 3), (0.02, 4), (0.09, 6), (0.36, 14), (0.55, 24)])
@@ -137,6 +137,36 @@ def test_a_dead_way_up_is_alarmed_until_it_answers(
     assert alarmed(flight) == [(cause, (1,), f"over {names[dead]}")]
     flight.wires[dead].loses = lambda way, data: False
     assert flight.until(lambda: alarmed(flight) == [], 60.0) <= 15.0
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_orders_leave_over_the_link_on_which_they_arrive(wired: MakeWired, autopilot: str) -> None:
+    flight = of_kind(wired(1, wires=[Wire("near"), Wire("far")]), autopilot)
+    flight.run(30.0)
+    vehicle = flight.station.picture.fleet.vehicles[1]
+    dead, lives = vehicle.link, {"near": "far", "far": "near"}[vehicle.link]
+    wire = flight.wires[[wire.name for wire in flight.wires].index(dead)]
+    wire.loses = lambda way, data: way == "down"
+    assert flight.until(lambda: vehicle.link == lives, 60.0) <= 30.0
+    flight.run(60.0)
+    assert vehicle.link == lives  # the path that only hears is not taken again, however fresh
+    wire.loses = lambda way, data: False
+    flight.run(60.0)
+    flight.wires[1 - flight.wires.index(wire)].up = False
+    assert flight.until(lambda: vehicle.link == dead, 5.0) <= 2.0
+
+
+def test_where_no_order_arrives_the_link_does_not_change(wired: MakeWired) -> None:
+    flight = wired(1, wires=[Wire("near"), Wire("far")])
+    flight.run(30.0)
+    vehicle = flight.station.picture.fleet.vehicles[1]
+    for wire in flight.wires:
+        wire.loses = lambda way, data: way == "down"
+    flight.until(lambda: [cause for cause, *_ in alarmed(flight)] == ["unreached"], 60.0)
+    used = vehicle.link
+    for _ in range(60):
+        flight.run(1.0)
+        assert vehicle.link == used
 
 
 def test_a_vehicle_is_asked_once_in_five_seconds_over_all_its_links(wired: MakeWired) -> None:

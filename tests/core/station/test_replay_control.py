@@ -26,7 +26,7 @@ def control(console: Console, act: ReplayAct, seconds: float = 0.0) -> m.Reply:
     """Press a key, and let the player come to what it is on its way to."""
     reply = console.ask(ControlReplay(act, seconds))
     console.player.tick()
-    while console.player.is_under_way:
+    while console.player.searching:
         console.player.tick()
     return reply
 

@@ -42,7 +42,7 @@ class Replay:
         await self.pilot.pause()
         await self.app.workers.wait_for_complete()
         self.player.tick()
-        while self.player.is_under_way:
+        while self.player.searching:
             self.player.tick()
         for _ in range(2):
             self.app.feed.deliver()

@@ -103,7 +103,7 @@ class _ClockRecord:
     def next_way(self, paths: list[Path]) -> UpWay:
         """The path of `paths` that is asked next: one that is in doubt, or else the one asked longest ago."""
         ways = [self.ways.setdefault(path, UpWay(path)) for path in paths]
-        return min(ways, key=lambda way: (way.dead or not way.missed, way.asked_s))
+        return min(ways, key=lambda way: (way.path.up_way_dead or not way.missed, way.asked_s))
 
 
 class LinkTimingService:
@@ -144,8 +144,7 @@ class LinkTimingService:
         record, now = self._records.get(vehicle.id), self._context.clock.now()
         if record is None or vehicle.why_not_commanded or not _answers(vehicle, record):
             return []
-        paths = [path for path in vehicle.used_paths() if now - path.last_heard_s <= HEARD_S]
-        return [path for path in paths if path in record.ways and record.ways[path].dead]
+        return [path for path in vehicle.used_paths() if path.up_way_dead and now - path.last_heard_s <= HEARD_S]
 
     def tick(self) -> None:
         """Request the time of the vehicles that are due."""
@@ -200,6 +199,8 @@ class LinkTimingService:
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._records.pop(vehicle.id, None)
+        for path in vehicle.paths:
+            path.up_way_dead = False
 
 
 def _answers(vehicle: Vehicle, record: _ClockRecord) -> bool:

@@ -39,8 +39,7 @@ class UpWay:
     """The requests over one path, and what their answers say of its way up."""
 
     path: Path
-    dead: bool = False
-    """So many answers are missing that it is no chance; until the next answer."""
+    """Its `up_way_dead` is set when so many answers are missing that it is no chance, until the next answer."""
     missed: int = 0
     """How many answers in a row are missing."""
     asked_s: float = -math.inf
@@ -63,7 +62,7 @@ class UpWay:
             return None
         # One that came late counts as missing in the share all the same: it is no use for an order.
         self._outcomes += [False] * self.missed + [True]
-        self.missed, self.dead = 0, False
+        self.missed, self.path.up_way_dead = 0, False
         self._counts = frame_counts(self.path)
         return request.sent_s
 
@@ -76,7 +75,8 @@ class UpWay:
                 request.missed = True
                 # While the vehicle is not heard either, its answer may have been lost on the way down.
                 self.missed += now - self.path.last_heard_s <= HEARD_S
-                self.dead = self.dead or self.missed >= missing_for_certain(self.chance_of_missing())
+                if self.missed >= missing_for_certain(self.chance_of_missing()):
+                    self.path.up_way_dead = True
 
     def chance_of_missing(self) -> float:
         """The probability that one answer is missing although the up-way lives, 0…1.

@@ -116,9 +116,9 @@ class Player:
         return self._flight.clock.now()
 
     @property
-    def is_under_way(self) -> bool:
-        """Whether an operator's goal is not reached yet."""
-        return self._goal is not None
+    def searching(self) -> str:
+        """What the player is on its way to; "" if it plays or stands still."""
+        return self._goal.words if self._goal is not None else ""
 
     def tick(self) -> None:
         """Play what is due on the injected clock and publish."""
@@ -281,7 +281,7 @@ class Player:
                 length_s=self._length.length_s,
                 speed=self._speed,
                 paused=self._paused,
-                searching=self._goal.words if self._goal is not None else "",
+                searching=self.searching,
                 rewinds=self._rewinds,
                 said=self._said,
             ),

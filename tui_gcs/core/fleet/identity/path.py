@@ -70,6 +70,9 @@ class Path:
     """In how many checks in a row its positions were far from those of the path in use."""
     ahead_checks: int = 0
     """In how many checks in a row it was fresher than the path in use."""
+    up_way_dead: bool = False
+    """The vehicle is heard over it, and nothing that is sent over it arrives (`services/up_ways.py` finds that): it is
+    not used while there is another one."""
 
     @property
     def last_heard_s(self) -> float:

@@ -4,7 +4,7 @@ Threats: docs/threats.md B.6-24…26; faults of links: docs/threats.md C.5.
 
 * A second *link* that brings the same system id is asked for AUTOPILOT_VERSION. The same hardware id, boot clock and
   positions make it a second path to the vehicle. The freshest path is used; another one is taken within 2 s when it
-  falls silent.
+  falls silent, and as soon as it is known that nothing arrives over it.
 * A second *address* on the same link is another vehicle or a forger. Nothing from it is used and nothing is sent there
   until the first address has been silent for 3 s (a NAT or a modem may have given the vehicle a new one). With valid
   signatures, which a relay brings as well, 1.2 s are enough, and only while the first is silent. An armed vehicle is
@@ -371,7 +371,7 @@ class PathSelector:
         path.source.forget(vehicle.system)
 
     def tick(self, vehicles: list[Vehicle]) -> None:
-        """Use the freshest path of each vehicle, look for second vehicles, and end conflicts that are over."""
+        """Use the freshest path of each vehicle on which orders arrive; look for second vehicles; end old conflicts."""
         now, self._vehicles = self._clock.now(), vehicles
         look = now >= self._next_look_s - 1e-9
         if look:
@@ -396,8 +396,11 @@ class PathSelector:
         used, silent_s = vehicle.path, now - vehicle.path.last_heard_s
         others = [path for path in vehicle.used_paths() if path is not used]
         fresh = [path for path in others if not path.high_latency and now - path.last_heard_s < PATH_TIMEOUT_S]
+        reached = [path for path in fresh if not path.up_way_dead]
         if fresh and (silent_s > PATH_TIMEOUT_S or used.high_latency):
-            self._use(vehicle, max(fresh, key=lambda path: path.last_heard_s))
+            self._use(vehicle, max(reached or fresh, key=lambda path: path.last_heard_s))
+        elif reached and used.up_way_dead:
+            self._use(vehicle, max(reached, key=lambda path: path.last_heard_s))
         elif not fresh and silent_s > LOST_AFTER_S and not used.high_latency:
             distant = [
                 path for path in others if path.high_latency and now - path.last_heard_s < HIGH_LATENCY_LOST_AFTER_S
@@ -407,7 +410,7 @@ class PathSelector:
         elif look:
             self._apart(vehicle, others, now)
             for path in others if vehicle.path is used else ():
-                ahead_s = lead_s(path, used) if path in fresh else 0.0
+                ahead_s = lead_s(path, used) if path in reached else 0.0
                 path.ahead_checks = path.ahead_checks + 1 if ahead_s > MIN_AHEAD_S else 0
                 if path.ahead_checks >= MIN_AHEAD_CHECKS:
                     self._use(vehicle, path)
