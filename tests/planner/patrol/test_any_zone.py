@@ -15,12 +15,13 @@ from tests.planner.rigs.guarded import refusals
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 from tui_gcs.core.protocol.planning import cells_of
 from tui_gcs.core.scenario.load import parse
-from tui_gcs.core.scenario.model import OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.lane_tours import best_lane_tours, lane_tour
 from tui_gcs.planner.patrol.tour import evaluate, evaluate_large
 from tui_gcs.planner.patrol.tour_search import begin_search
 from tui_gcs.planner.patrol.tour_site import TourSite, site_of
-from tui_gcs.planner.patrol.tour_smoothing import TourLimits
+from tui_gcs.planner.patrol.tour_smoothing import TourDraft, TourLimits
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered, task_for
 from tui_gcs.planner.runtime.plan_forecast import forecast
 
@@ -99,6 +100,23 @@ def test_what_is_sent_of_a_tour_round_a_no_fly_zone_passes_the_guard() -> None:
     twice = np.tile(tour.xy_m, (2, 1)), np.tile(tour.velocity_m_s, (2, 1))
     assert refusals(*twice, tour.dt_s, AREA, (mast,)) == []
     assert tour.period_s < 80.0
+
+
+def test_a_tour_that_speeds_up_into_a_bend_beside_a_no_fly_zone_passes_the_guard() -> None:
+    """A new trajectory begins in every step, and its first set-points are shifted by what the vehicle does next.
+
+    Here the acceleration turns towards the no-fly zone within half a second. Each of eleven vehicles braked there.
+    """
+    closed = no_fly(Polygon(((264.7, 163.0), (267.1, 191.2), (287.2, 184.2), (285.6, 166.4), (284.5, 165.1))))
+    limits, zone = Limits(speed_m_s=9.0), zone_of(Rectangle((300.0, 200.0), 60.0, 60.0))
+    region = FlyableRegion(AREA, (closed,), limits, zone)
+    site = site_of(zone.shape, region, TourLimits(8.9, 2.2, 11.5), 12.6)
+    beside = [(258.3, 194.1), (258.8, 195.1), (262.8, 198.0), (270.4, 199.3), (276.4, 196.9), (283.8, 191.2)]
+    back = [(292.6, 188.4), (301.8, 181.9), (307.0, 175.0), (330.0, 180.0), (330.0, 220.0), (300.0, 235.0)]
+    tour = site.timed(TourDraft("bend", np.array([*beside, *back, (260.0, 225.0)]), 1.0))
+    twice = np.tile(tour.xy_m, (2, 1)), np.tile(tour.velocity_m_s, (2, 1))
+    assert refusals(*twice, tour.dt_s, AREA, (closed,), limits) == []
+    assert tour.period_s < 34.0  # 32.4 s where the guard would not pass it
 
 
 def test_lanes_see_all_cells_whatever_the_shape() -> None:

@@ -1,4 +1,7 @@
-"""What the guard says of a course that is followed exactly, sent with the lead compensation of an ArduCopter."""
+"""What the guard says of a way that is followed exactly, sent as a patrol sends it to an ArduCopter.
+
+A new trajectory begins in every step of the planner, and set-points are shifted by the lead compensation.
+"""
 
 import numpy as np
 
@@ -10,8 +13,10 @@ from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.core.motion.lead_compensation import LeadCompensatedCourse
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
-SAMPLE_S, JUDGED_S = 0.25, 0.5
-"""Spacing of a small team's trajectories; time between two verdicts here."""
+SAMPLE_S, SAMPLES = 0.25, 13
+"""Spacing and number of samples of a small team's trajectories."""
+PLANNED_S, JUDGED_S = 0.2, 0.1
+"""Time between two trajectories, which begin when they are planned, and between two verdicts here."""
 HEIGHT_M = 40.0
 
 
@@ -24,15 +29,18 @@ def refusals(
     limits: Limits | None = None,
 ) -> list[str]:
     """Return the guard's vetoes of a way (k, 2) in steps of `dt_s`."""
-    times, own = np.arange(0.0, dt_s * (len(xy_m) - 1), SAMPLE_S), dt_s * np.arange(len(xy_m))
+    own_s = dt_s * np.arange(len(xy_m))
 
-    def sampled(values: np.ndarray, up: float) -> np.ndarray:
-        return np.stack([*(np.interp(times, own, axis) for axis in values.T), np.full(len(times), up)], axis=1)
+    def sampled(times_s: np.ndarray, values: np.ndarray, up: float) -> np.ndarray:
+        return np.stack([*(np.interp(times_s, own_s, axis) for axis in values.T), np.full(SAMPLES, up)], axis=1)
 
-    course = Trajectory(0.0, SAMPLE_S, sampled(xy_m, HEIGHT_M), sampled(velocity_m_s, 0.0))
-    sent, guard, found = LeadCompensatedCourse(course, ArduCopter.lead), Guard(limits or Limits(), area, closed), []
-    for now in np.arange(0.0, course.end_s - 1.0, JUDGED_S).tolist():
-        vehicle = VehicleState(1, *course.at(now), MotionModel.FOLLOWS, course)
-        (verdict,) = guard.judge([vehicle], [sent], [vehicle], now)
-        found += [] if verdict.ok else [f"{now:.1f} s at {course.at(now)[0]}: {verdict.text}"]
+    guard, found = Guard(limits or Limits(), area, closed), []
+    for t0_s in np.arange(0.0, own_s[-1] - SAMPLE_S * SAMPLES, PLANNED_S).tolist():
+        times_s = t0_s + SAMPLE_S * np.arange(SAMPLES)
+        course = Trajectory(t0_s, SAMPLE_S, sampled(times_s, xy_m, HEIGHT_M), sampled(times_s, velocity_m_s, 0.0))
+        sent = LeadCompensatedCourse(course, ArduCopter.lead)
+        for now in (t0_s, t0_s + JUDGED_S):
+            vehicle = VehicleState(1, *course.at(now), MotionModel.FOLLOWS, course)
+            (verdict,) = guard.judge([vehicle], [sent], [vehicle], now)
+            found += [] if verdict.ok else [f"{now:.1f} s at {course.at(now)[0]}: {verdict.text}"]
     return found

@@ -66,7 +66,9 @@ def _stoppable(places: Floats, speeds: Floats, accel: float, region: FlyableRegi
     """
     n = len(places)
     changes = np.gradient(speeds, SAMPLE_S, axis=1)
-    states = places.reshape(-1, 2), speeds.reshape(-1, 2), changes.reshape(-1, 2)
+    # A path begins anew in every step, and its first sample is sent with the acceleration of its second.
+    sent = np.stack([changes, np.concatenate([changes[:, 1:], changes[:, -1:]], axis=1)])
+    states = places.reshape(-1, 2), speeds.reshape(-1, 2), sent.reshape(2, -1, 2)
     good = region.are_sendable(*states, accel).reshape(n, SAMPLES)
     # To brake outside would keep the vehicle there.
     good[~region.contains(places[:, 0])] = True

@@ -141,12 +141,15 @@ class FlyableRegion:
     ) -> NDArray[np.bool_]:
         """Return which states (n, 2) of a course the guard lets pass when they are sent, with their shift and without.
 
-        The vehicle must be able to stop inside, straight on with `brake_m_s2`, and the ways there lie inside.
+        `accel_m_s2` is (n, 2), or (s, n, 2) where each state may be sent with any of s accelerations. The vehicle must
+        be able to stop inside, straight on with `brake_m_s2`, and the ways there lie inside.
         """
-        shifted_m = xy_m + SHIFT_S2 * accel_m_s2
+        shifts_m = SHIFT_S2 * (accel_m_s2 if accel_m_s2.ndim == 3 else accel_m_s2[None])
         speed_m_s = np.hypot(*velocity_m_s.T)
         stop_m = velocity_m_s * (self.stopping_m(speed_m_s, brake_m_s2) / np.maximum(speed_m_s, SAME_M))[:, None]
-        ways = np.stack([xy_m + stop_m, xy_m, shifted_m, shifted_m + stop_m], axis=1)
+        ways = np.stack([xy_m + stop_m, xy_m], axis=1)
+        for shift_m in shifts_m:
+            ways = np.concatenate([ways, np.stack([xy_m + shift_m, xy_m + shift_m + stop_m, xy_m], axis=1)], axis=1)
         sendable = np.ones(len(xy_m), dtype=bool)
         if self._in_the_open(ways.reshape(-1, 2)):
             return sendable
@@ -185,7 +188,7 @@ class FlyableRegion:
         for _ in range(RAY_HALVINGS if len(bad) else 0):
             middle = (low + high) / 2.0
             sendable = self.are_sendable(
-                xy_m[bad], middle * velocity_m_s[bad], middle**2 * accel_m_s2[bad], brake_m_s2
+                xy_m[bad], middle * velocity_m_s[bad], middle**2 * accel_m_s2[..., bad, :], brake_m_s2
             )[:, None]
             low, high = np.where(sendable, middle, low), np.where(sendable, high, middle)
         share[bad] = low[:, 0]

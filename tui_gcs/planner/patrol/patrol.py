@@ -172,7 +172,7 @@ class Patrol(Planner):
         if not is_turned(tour, self._direction):
             return tour
         back = Tour(tour.dt_s, tour.xy_m[::-1].copy(), -tour.velocity_m_s[::-1])
-        states = back.xy_m, back.velocity_m_s, back.accel_m_s2
+        states = back.xy_m, back.velocity_m_s, back.sent_accels_m_s2
         if self._region.are_sendable(*states, self._accel_m_s2).all():
             return back
         return self._site.timed(replace(design.draft, controls=design.draft.controls[::-1].copy()))

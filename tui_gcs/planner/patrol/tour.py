@@ -30,6 +30,8 @@ ArduCopter's limit (PSC_JERK_XY), and moves no point by more than a AVERAGING_S�
 # half of it and without. With half of it tours take 1.5 % longer.
 MAX_TURN_JERK_M_S3 = 2.0
 """Limit of v³ / R² round a bend, where acceleration turns with the vehicle: radii under 3 m are flown slower for it."""
+SENT_STEP_S = 0.25
+"""Sample spacing of the trajectories in which tours of small teams are sent."""
 EVALUATION_STEP_S, EXACT_STEP_S = 0.25, 0.05
 """Time steps of a first and of an exact evaluation."""
 SPACING_STEPS, LARGE_STEP_S = 400, 0.5
@@ -72,6 +74,17 @@ class Tour:
         """(k, 2) accelerations."""
         velocity = self.velocity_m_s
         return np.asarray((np.roll(velocity, -1, axis=0) - np.roll(velocity, 1, axis=0)) / (2.0 * self.dt_s))
+
+    @cached_property
+    def sent_accels_m_s2(self) -> Floats:
+        """(2, k, 2) accelerations with which each sample may be sent: its own, and that of `SENT_STEP_S` later.
+
+        The station shifts set-points along the acceleration of the trajectory's nearest sample that has one on either
+        side (`Trajectory.acceleration`). A trajectory that begins now has none there before its second sample.
+        """
+        at_s = self.dt_s * np.arange(len(self.xy_m)) + np.array([[0.0], [SENT_STEP_S]])
+        change = self.at(at_s + SENT_STEP_S)[1] - self.at(at_s - SENT_STEP_S)[1]
+        return np.asarray(change / (2.0 * SENT_STEP_S))
 
     @cached_property
     def top_way_m_s(self) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.planner.patrol.flyable_region import SHIFT_S2, FlyableRegion, Pair
-from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.tour import SENT_STEP_S, Tour
 
 Floats = NDArray[np.floating[Any]]
 
@@ -292,10 +292,11 @@ def _manoeuvre(
         jerk = (end[i] - begin[i]) / duration
         xy = p0 + v0 * at + begin[i] * at**2 / 2 + jerk * at**3 / 6
         velocity = v0 + begin[i] * at + jerk * at**2 / 2
-        accel = begin[i] + jerk * at
+        soon = np.minimum(at + SENT_STEP_S, duration)
         keeps_speed = np.hypot(*velocity.T).max() <= mobility.speed_m_s
-        # What the vehicle does now is sent, too, with the acceleration of what comes.
-        states = np.vstack([p0, xy]), np.vstack([v0, velocity]), np.vstack([begin[i], accel])
+        # What the vehicle does now is sent, too, and everything with the acceleration of what comes.
+        accels = np.stack([np.vstack([begin[i], begin[i] + jerk * when]) for when in (at, soon)])
+        states = np.vstack([p0, xy]), np.vstack([v0, velocity]), accels
         if keeps_speed and region.are_sendable(*states, mobility.accel_m_s2).all():
             return xy, velocity
     return None
