@@ -103,6 +103,17 @@ def test_one_that_meets_a_vehicle_which_stands_is_stopped(rig: MakeRig) -> None:
     assert flight.phase(2) is Phase.HOLDING
 
 
+def test_one_that_turns_away_while_there_is_room_to_brake_is_not_stopped(rig: MakeRig) -> None:
+    """It flies straight at a vehicle that stands, and turns 80 m before it: at 8 m/s it needs less than 60 m."""
+    flight = aloft(rig, 2)
+    x_m, y_m, z_m = flight.place(1)
+    end_m = (x_m + 80.0, y_m + 200.0)
+    starts_missions(flight, {2: [(x_m + 200.0, y_m, z_m), (x_m + 80.0, y_m, z_m), (*end_m, z_m)]})
+    flight.until(lambda: math.dist(flight.place(2)[:2], end_m) < 5.0, 300.0)
+    assert flight.phase(2) is Phase.TAKEN_OUT
+    assert not [text for text in flight.texts() if text.startswith("HELD on its mission")]
+
+
 def test_missions_apart_are_flown_to_their_ends(rig: MakeRig) -> None:
     flight = rig(2).flying().run(15.0)
     starts_missions(flight, {v: [(300.0, 300.0, 20.0 + 15.0 * v), (300.0, 100.0, 20.0 + 15.0 * v)] for v in (1, 2)})
