@@ -6,6 +6,7 @@ demo, owns the simulated vehicles.
 
 import contextlib
 import json
+import logging
 import os
 import secrets
 import signal
@@ -35,6 +36,8 @@ from tui_gcs.core.base.run_kind import RunKind
 if TYPE_CHECKING:
     from tui_gcs.core.protocol.planning import PlannerInfo
 
+log = logging.getLogger("tui_gcs.supervisor")
+
 RUN_FILE = "run.json"
 START_LIMIT_S = 15.0
 """Time in which a started station must answer."""
@@ -44,6 +47,8 @@ SHORT_LIFE_S = 5.0
 """A station that lived longer is restarted at once: until then its vehicles are steered by nothing."""
 CANNOT_START = 2
 """Exit code of a station that must not be restarted."""
+NO_PROCESS_S = 1.0
+"""Pause before a station is started again for which the system had no process."""
 MAX_RESTARTS = 20
 """Restarts in one minute; more of them mean that the station cannot live."""
 
@@ -275,7 +280,13 @@ def _keep_station(directory: Path, wants: int) -> int:
             (directory / "error").write_text(f"the station died {MAX_RESTARTS} times in a minute: see its log")
             return 1
         command = [sys.executable, "-m", "tui_gcs.core.process.station_process", str(directory / RUN_FILE)]
-        station = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wants,))
+        try:
+            station = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wants,))
+        except OSError as error:  # a busy computer has no process or no memory to give; that passes
+            log.error("the station is not started: %s; it is tried again", error)
+            starts.pop()
+            time.sleep(NO_PROCESS_S)
+            continue
         code = station.wait()
         if adopts:
             kill_orphans(set())  # planner workers of the dead station, and what they have started

@@ -1,15 +1,25 @@
 """What planner workers leave behind."""
 
+import errno
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
-from tui_gcs.core.process.planner_workers import END_S, KEPT_LOG_BYTES, LOOK_GAP_S, MAX_LOG_BYTES, PlannerWorkers
+from tui_gcs.core.process.planner_workers import (
+    END_S,
+    FIRST_WAIT_S,
+    KEPT_LOG_BYTES,
+    LOOK_GAP_S,
+    MAX_LOG_BYTES,
+    Declarations,
+    PlannerWorkers,
+)
 
 
 def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path) -> None:
@@ -219,3 +229,44 @@ def test_a_worker_without_cpu_time_is_told_from_one_that_hangs(
             other.kill()
             other.wait()
     assert (share > 0.5) is starved
+
+
+def no_process(*_: object, **__: object) -> NoReturn:
+    raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+
+def test_where_the_system_has_no_process_the_station_goes_on_and_tries_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    workers = PlannerWorkers(tmp_path / "bus", tmp_path / "log")
+    monkeypatch.setattr("tui_gcs.core.process.planner_workers.command_of", lambda *_: ["true"])
+    with monkeypatch.context() as full:
+        full.setattr(subprocess, "Popen", no_process)
+        workers.keep(["red"], 0.0)
+        workers.keep(["red"], FIRST_WAIT_S / 2)
+        assert workers.pid("red") is None
+        assert [record.message for record in caplog.records] == [
+            "no planner worker for team red: [Errno 11] Resource temporarily unavailable"
+        ]
+    workers.keep(["red"], FIRST_WAIT_S)
+    first = workers._workers["red"].process
+    first.wait()
+    workers.keep(["red"], 1.5 * FIRST_WAIT_S)  # it is found dead
+    with monkeypatch.context() as full:
+        full.setattr(subprocess, "Popen", no_process)
+        workers.keep(["red"], 2.5 * FIRST_WAIT_S)
+    workers.keep(["red"], 3.0 * FIRST_WAIT_S)
+    assert workers._workers["red"].process is first, "tried again after twice the wait"
+    workers.keep(["red"], 4.5 * FIRST_WAIT_S)
+    assert workers._workers["red"].process is not first
+    workers.end()
+
+
+def test_where_the_system_has_no_process_no_planner_is_described(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(subprocess, "Popen", no_process)
+    declarations = Declarations()
+    assert declarations.poll() == ()
+    assert "planners cannot be described: " in caplog.text
+    declarations.end()

@@ -60,6 +60,8 @@ class PlannerWorkers:
         self._workers: dict[str, _Worker] = {}
         self._leaving: list[tuple[subprocess.Popen[bytes], float]] = []
         """Workers of teams that are gone, and the time at which each is killed if it still runs."""
+        self._refused_until_s: dict[str, float] = {}
+        """By team, until when no first worker is started because the last start failed."""
         self._looked_s = -math.inf
 
     def keep(self, teams: list[str], now: float) -> None:
@@ -79,7 +81,8 @@ class PlannerWorkers:
         for team in teams:
             worker = self._workers.get(team)
             if worker is None:
-                self._workers[team] = self._begin(team, now)
+                if now >= self._refused_until_s.get(team, -math.inf):
+                    self._begin(team, now)
             elif worker.again_s < 0.0:
                 if worker.process.poll() is not None:
                     _kill(worker.process)  # what it has started may still be there
@@ -90,7 +93,7 @@ class PlannerWorkers:
                     worker.again_s = now + worker.wait_s
             elif now >= worker.again_s:
                 wait_s = min(2.0 * worker.wait_s, LONGEST_WAIT_S)
-                self._workers[team] = self._begin(team, now, wait_s)
+                self._begin(team, now, wait_s)
 
     def end_stuck(self, teams: Iterable[str]) -> None:
         """Kill the workers of these teams: they hang, and may not react to SIGTERM."""
@@ -142,9 +145,17 @@ class PlannerWorkers:
         except OSError as error:
             log.warning("%s cannot be shortened: %s", self._log_file, error)
 
-    def _begin(self, team: str, now: float, wait_s: float = FIRST_WAIT_S) -> _Worker:
-        process = self._start(team)
-        return _Worker(process, now, CpuWaitMonitor(process.pid, now), wait_s)
+    def _begin(self, team: str, now: float, wait_s: float = FIRST_WAIT_S) -> None:
+        """Start a worker; where the system gives no process, or no file, it is tried again after `wait_s`."""
+        try:
+            process = self._start(team)
+        except OSError as error:
+            log.error("no planner worker for team %s: %s", team, error)
+            self._refused_until_s[team] = now + wait_s
+            if team in self._workers:
+                self._workers[team].again_s = now + wait_s
+            return
+        self._workers[team] = _Worker(process, now, CpuWaitMonitor(process.pid, now), wait_s)
 
     def _start(self, team: str) -> subprocess.Popen[bytes]:
         command = [*command_of(self._socket, team), *self._arguments]
@@ -176,11 +187,15 @@ class Declarations:
     """Asks a process of its own for all planners' declarations, because the station runs none of their code."""
 
     def __init__(self) -> None:
-        self._output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
+        self._process: subprocess.Popen[bytes] | None = None
         command = [sys.executable, "-m", "tui_gcs.planner.runtime.describe"]
-        self._process: subprocess.Popen[bytes] | None = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.DEVNULL
-        )
+        try:
+            self._output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.DEVNULL
+            )
+        except OSError as error:
+            log.error("planners cannot be described: %s", error)
 
     def poll(self) -> tuple[PlannerInfo, ...]:
         """Return the declarations once, when they have come; before and after that nothing."""

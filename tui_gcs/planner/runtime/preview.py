@@ -5,6 +5,7 @@
 """
 
 import argparse
+import contextlib
 import math
 import os
 import resource
@@ -94,26 +95,40 @@ class PreviewProcesses:
     def __init__(self, files: Mapping[str, PlannerFile]) -> None:
         self._arguments = [part for f in files.values() for part in ("--file", f.name, f.sha256, str(f.path))]
         self._running: list[_PreviewProcess] = []
+        self._not_begun: list[PreviewResult] = []
 
     def begin(self, ask: PreviewTask, now: float) -> None:
-        """Kill the processes of older requests and start this one. A request without a task only kills."""
+        """Kill the processes of older requests and start this one. A request without a task only kills.
+
+        Where the system gives no process or no room for its files, the preview fails; the planner that flies goes on.
+        """
         for old in [each for each in self._running if ask.task is None or each.number != ask.number]:
             self._end(old)
         if ask.task is None:
             return
-        output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
+        try:
+            self._running.append(self._start(ask.task, ask, now))
+        except OSError as error:
+            text = f"cannot be begun: {error.strerror or error}"
+            self._not_begun.append(PreviewResult(ask.task.team, ask.number, "failed", text=text))
+
+    def _start(self, task: PlannerTask, ask: PreviewTask, now: float) -> _PreviewProcess:
+        """Start the process that answers. Raises OSError."""
         command = [sys.executable, "-m", "tui_gcs.planner.runtime.preview", *self._arguments]
         # Files instead of pipes: the worker's loop must not block on a full pipe.
-        with tempfile.TemporaryFile() as question:
+        with contextlib.ExitStack() as files, tempfile.TemporaryFile() as question:
+            output = files.enter_context(tempfile.TemporaryFile())
             question.write(encode(ask))
             question.seek(0)
             process = subprocess.Popen(command, stdin=question, stdout=output)
-        self._running.append(_PreviewProcess(ask.task, ask.number, process, output, now))
+            files.pop_all()  # the output is closed with the answer
+        return _PreviewProcess(task, ask.number, process, output, now)
 
     def poll(self, now: float) -> list[PreviewResult]:
         """Return the results that have come since the last call, each once."""
         over = [each for each in self._running if each.process.poll() is not None or now - each.since_s >= LIMIT_S]
-        return [self._answer(each) for each in over]
+        not_begun, self._not_begun = self._not_begun, []
+        return not_begun + [self._answer(each) for each in over]
 
     def _answer(self, running: _PreviewProcess) -> PreviewResult:
         late = running.process.poll() is None
