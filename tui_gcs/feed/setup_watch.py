@@ -82,9 +82,22 @@ class SetupWatch:
         """Calibrations and motor tests of these vehicles that are under way, also those of other consoles."""
         self._requests = requests
         self._on_news = on_news
+        self._section: SectionWord | None = None
+        """The section that was asked for last."""
+
+    async def look_at(self, vehicles: Sequence[int], section: SectionWord) -> None:
+        """Ask once for the lines of `section` alone, which was chosen now: an operator goes past several."""
+        self._section = section
+        if not vehicles:
+            return
+        reply = await self._requests.send(GetSetup(tuple(vehicles), section, only=True))
+        if section == self._section:
+            self.fields = fleet_fields(reply.setup_sections)
+            self._on_news()
 
     async def look(self, vehicles: Sequence[int], section: SectionWord) -> None:
         """Ask once about these vehicles, with the lines of `section`."""
+        self._section = section
         if not vehicles:
             self.sections, self.fields, self.tasks = (), (), ()
             self._on_news()
@@ -93,7 +106,9 @@ class SetupWatch:
         # A vehicle that was never heard makes the reply a refusal; the others are there all the same.
         if reply.setup_sections:
             self.sections = summaries(reply.setup_sections)
-            self.fields = fleet_fields(row for row in reply.setup_sections if row.section == section)
+            # Another section may have been chosen meanwhile.
+            if section == self._section:
+                self.fields = fleet_fields(row for row in reply.setup_sections if row.section == section)
         tasks = await self._requests.send(GetTasks())
         if tasks.ok:
             asked = set(vehicles)

@@ -51,6 +51,12 @@ def test_nothing_is_known_before_it_is_read(tmp_path: Path, autopilot: int) -> N
     assert {row.state for row in rows.values()} == {UNKNOWN}
 
 
+def test_one_section_is_reported_alone(tmp_path: Path) -> None:
+    rig = make(tmp_path)
+    alone = ask(rig, GetSetup((1,), "sensors", only=True)).setup_sections
+    assert alone == (sections(rig, "sensors")["sensors"],)
+
+
 def test_a_copter_as_it_is_delivered_lacks_its_failsafes(tmp_path: Path) -> None:
     rig = make(tmp_path)
     read(rig)

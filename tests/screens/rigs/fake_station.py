@@ -397,7 +397,8 @@ class FakeStation:
         return reply
 
     def _setup(self, request: GetSetup) -> s.ServiceReply:
-        rows = (row for row in self.setup if row.vehicle in request.vehicles)
+        asked = set(request.vehicles)
+        rows = (r for r in self.setup if r.vehicle in asked and (not request.only or r.section == request.section))
         without = (row if row.section == request.section else msgspec.structs.replace(row, fields=()) for row in rows)
         return s.ServiceReply(ok=True, setup_sections=tuple(without))
 

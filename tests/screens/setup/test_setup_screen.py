@@ -12,6 +12,7 @@ from tui_gcs.core.protocol.setup import (
     CancelCalibration,
     ChooseAirframe,
     ConfirmStep,
+    GetSetup,
     ReadSetup,
     SetGain,
     SetupFieldRow,
@@ -390,3 +391,20 @@ async def test_the_palette_finds_the_screen() -> None:
     async with console(WIDE, known) as c:
         await c.press(":", *"setup", "enter")
         assert c.app.current_mode == "setup"
+
+
+async def test_a_chosen_section_is_asked_for_alone_and_once() -> None:
+    async with console(WIDE, known) as c:
+        await opened(c, *range(1, 9))
+        await c.press("tab", "home")
+        c.station.requests.clear()
+        await c.press("down", "down")
+        assert asked(c, GetSetup) == [
+            GetSetup(tuple(range(1, 9)), "sensors", only=True),
+            GetSetup(tuple(range(1, 9)), "radio", only=True),
+        ]
+        assert lines(c) == ["rc"]
+        await c.press("end")
+        c.station.requests.clear()
+        await c.press("down", "down", "down")
+        assert asked(c, GetSetup) == [], "the last section stays chosen"

@@ -167,6 +167,8 @@ class GetSetup(VehicleRequest, frozen=True, tag="get-setup"):
 
     section: SectionWord | None = None
     """The section whose lines are wanted, too."""
+    only: bool = False
+    """Only that section is asked for: an eighth of the work."""
 
 
 class GetTraffic(Request, frozen=True, tag="get-traffic"):

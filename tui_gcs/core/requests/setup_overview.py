@@ -76,11 +76,14 @@ class SetupOverview:
             "tuning": self._tuning,
         }
 
-    def rows(self, vehicles: Iterable[Vehicle], wanted: SectionWord | None) -> tuple[SetupSectionRow, ...]:
-        """Return a row for each section of these vehicles; that of `wanted` has its lines."""
+    def rows(
+        self, vehicles: Iterable[Vehicle], wanted: SectionWord | None, *, only: bool = False
+    ) -> tuple[SetupSectionRow, ...]:
+        """Return a row for each section of these vehicles, or `only` for `wanted`, which has its lines."""
+        sections = (wanted,) if only and wanted is not None else SECTIONS
         rows: list[SetupSectionRow] = []
         for vehicle in vehicles:
-            for section in SECTIONS:
+            for section in sections:
                 finding, fields = self._sections[section](vehicle)
                 lines = tuple(fields) if section == wanted else ()
                 rows.append(SetupSectionRow(vehicle.id, section, finding.state.value, finding.text, lines))

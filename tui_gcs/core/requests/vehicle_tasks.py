@@ -107,7 +107,8 @@ class VehicleTasks:
         return s.ServiceReply(ok=True, text=task.text, result=task.result)
 
     def _setup_sections(self, request: setup.GetSetup) -> s.ServiceReply:
-        return self._rows_of("setup_sections", partial(self._overview.rows, wanted=request.section), request)
+        rows_of = partial(self._overview.rows, wanted=request.section, only=request.only)
+        return self._rows_of("setup_sections", rows_of, request)
 
     def _traffic(self) -> s.ServiceReply:
         parts = self._parts

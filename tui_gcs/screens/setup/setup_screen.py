@@ -47,6 +47,8 @@ class SetupScreen(PolledScreen):
         """Show the setup of vehicles of the station of `feed`."""
         super().__init__(feed)
         self._glyphs = glyphs
+        self._listed: SectionWord = FIRST
+        """The section whose lines were asked for last."""
         self._asked: FleetSetupField | None = None
         """The line that a value is being typed for."""
         self.watch_setup = SetupWatch(feed.requests, self.show_all)
@@ -116,11 +118,13 @@ class SetupScreen(PolledScreen):
 
     def show_chosen(self) -> None:
         """Show the lines of a section that was chosen, or the chosen line."""
-        if self.section_list.is_active:
+        if self.section_list.is_active and self.section != self._listed:
             # The lines of the section before would stand below the new title until the station has answered.
+            self._listed = self.section
             self.watch_setup.fields = ()
             self.field_list.chosen = 0
-            self.run_worker(self.ask_station(), group="section", exclusive=True, exit_on_error=False)
+            lines = self.watch_setup.look_at(self.feed.shown_vehicles(), self.section)
+            self.run_worker(lines, group="section", exclusive=True, exit_on_error=False)
         self.show_all()
 
     def on_row_picked(self, message: RowPicked) -> None:

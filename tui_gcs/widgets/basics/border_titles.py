@@ -1,6 +1,7 @@
 """Titles in borders, from plain text."""
 
 from rich.text import Text
+from textual.content import Content
 from textual.dom import DOMNode
 from textual.widget import Widget
 
@@ -20,8 +21,17 @@ def set_title(widget: Widget, text: str) -> None:
     """
     if widget.has_class("-ascii"):
         text = as_ascii(text)
-    # A plain string would be parsed as markup, and Textual's own escaping does not survive an unclosed bracket.
-    widget.border_title = Text(text)
+    if not _shows(widget.border_title, text):
+        # A plain string would be parsed as markup, and Textual's own escaping does not survive an unclosed bracket.
+        widget.border_title = Text(text)
+
+
+def _shows(title: str | None, text: str) -> bool:
+    """Return whether a border has this text already; Textual paints the whole widget when a title is set, equal or not.
+
+    Textual returns a title as markup.
+    """
+    return (title or "") == (Content(text).markup if text else "")
 
 
 def show_beyond(panel: DOMNode | None, above: int, below: int, how: str = "") -> None:
@@ -35,6 +45,5 @@ def show_beyond(panel: DOMNode | None, above: int, below: int, how: str = "") ->
     text = ", ".join(words) + (f": {how}" if words and how else "")
     if panel.has_class("-ascii"):
         text = as_ascii(text)
-    # Textual refreshes the whole widget whenever a title is set, equal or not.
-    if str(panel.border_subtitle or "") != text:
+    if not _shows(panel.border_subtitle, text):
         panel.border_subtitle = Text(text)
