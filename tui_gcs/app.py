@@ -24,7 +24,7 @@ from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.console.alarm_acknowledgement import AlarmAcknowledgement, AlarmBell
 from tui_gcs.console.commands import CommandController
 from tui_gcs.console.idle_garbage import LOOK_S, IdleGarbage
-from tui_gcs.console.key_input import CHORD_S, KeyInput
+from tui_gcs.console.key_input import CHORD_HELP, CHORD_S, KeyInput
 from tui_gcs.console.order_results import FOLLOW_S, OrderResults
 from tui_gcs.console.parts import ConsoleOptions, ConsoleParts
 from tui_gcs.console.preload import AFTER_S, preload_screens
@@ -34,10 +34,12 @@ from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import AddPoints, RunKind
 from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct
 from tui_gcs.feed.feed import PERIOD_S, Feed
+from tui_gcs.feed.live_watch import LiveWatch
 from tui_gcs.feed.messages import DisplayLagged, FleetUpdated, StatusUpdated
 from tui_gcs.feed.notices import NOTICE_S, Notice, NoticeBoard, Severity
 from tui_gcs.feed.plots.value_recorder import ValueRecorder
 from tui_gcs.screens.common.help import HelpDialog
+from tui_gcs.screens.common.text_dialog import BESIDE
 from tui_gcs.screens.common.time_dialog import TimeDialog
 from tui_gcs.screens.common.tiny_screen import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
@@ -55,6 +57,9 @@ if TYPE_CHECKING:
     from tui_gcs.screens.common.point_prompt import PointPrompt
     from tui_gcs.screens.plan.plan_screen import PlanScreen
 
+REPLAY_WORDS = "replay: nothing is commanded from here"
+LIVE_LOOK_S = 0.5
+"""As often as a station publishes its status."""
 NOTE_SEVERITIES = {Severity.NORMAL: 6, Severity.GREY: 6, Severity.CAUTION: 4, Severity.WARNING: 4}
 """MAV_SEVERITY of a notice in the station's journal."""
 
@@ -100,7 +105,7 @@ class ConsoleApp(TerminalApp):
         )
         self.feed.starts_station = options.starts_station
         if options.replay:
-            self.feed.requests.read_only = "replay: nothing is commanded from here"
+            self.feed.requests.read_only = REPLAY_WORDS
         elif options.read_only:
             self.feed.requests.read_only = "read-only: started with --read-only"
         parts = ConsoleParts(self, self.feed, self.glyphs, self.clock, self.notice)
@@ -444,9 +449,51 @@ class ConsoleApp(TerminalApp):
 
 
 class ReplayApp(ConsoleApp):
-    """Shows what the player of a recording plays; nothing can be commanded."""
+    """Shows what the player of a recording plays; nothing of it can be commanded.
+
+    What flies meanwhile is on a line of its own, and HOLD ALL holds that: see `LiveWatch`.
+    """
 
     BINDINGS: ClassVar[list[BindingType]] = bindings(REPLAY_ACTIONS, REPLAY_SCOPE)
+    _subjects: frozenset[str] = frozenset()
+    """What the bell has rung for; see `LiveNews.subjects`."""
+
+    def on_mount(self) -> None:
+        """Listen to what flies. Textual calls that of `ConsoleApp`, too."""
+        if (beside := self.options.beside) is not None:
+            beside.open()
+            self.add_class(BESIDE)
+            self.commands.by_name["hold_all"] = self._hold_what_flies
+            self.set_interval(LIVE_LOOK_S, self.look_at_what_flies)
+
+    def on_unmount(self) -> None:
+        """Listen no more. Textual calls that of `ConsoleApp`, too."""
+        if self.options.beside is not None:
+            self.options.beside.close()
+
+    def look_at_what_flies(self) -> None:
+        """Show the worst news of it; ring for a new one."""
+        if (beside := self.options.beside) is None:
+            return
+        kinds, news = " and ".join(beside.kinds), beside.news()
+        self.feed.requests.read_only = f"{REPLAY_WORDS}   !h HOLDS {kinds}" if kinds else REPLAY_WORDS
+        self.keys.chord_help = f"! h HOLD ALL of {kinds} NOW   r, l: nothing, leave the replay" if kinds else CHORD_HELP
+        if news.subjects - self._subjects and self.bell_rings.is_on:
+            self.bell()
+        self._subjects = news.subjects
+        self.feed.show_live(news.line)
+
+    def _hold_what_flies(self) -> None:
+        beside = self.options.beside
+        if beside is None or not beside.kinds:
+            self.commands.hold_all()
+            return
+        self.notice(f"HOLD ALL is sent to {' and '.join(beside.kinds)}", Severity.CAUTION, about="hold")
+        self.run_worker(self._report_hold(beside), group="hold", exit_on_error=False)
+
+    async def _report_hold(self, beside: LiveWatch) -> None:
+        answer = await beside.hold_all()
+        self.notice(answer.text, answer.level, about="hold")
 
     def action_replay(self, act: str, seconds: float) -> None:
         """Ask the player for one act of `ReplayAct`, by its name."""

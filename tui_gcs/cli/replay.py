@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 import shutil
 import sys
 import threading
@@ -10,6 +11,7 @@ from tui_gcs.actions.replay_times import ReplayTimeError, since_beginning_s
 from tui_gcs.cli.common import need_terminal
 from tui_gcs.cli.console import ConsolePreferences, preferences, recordings
 from tui_gcs.cli.exit_codes import CommandError, ReportCode
+from tui_gcs.core.base.directories import socket_path
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.terminal.terminal_options import wants_slow
@@ -62,19 +64,23 @@ def _show(file: str, speed: float, begin_s: float, options: ConsolePreferences) 
     from tui_gcs.console.parts import ConsoleOptions
     from tui_gcs.core.base.clock import MonotonicClock
     from tui_gcs.core.protocol.bus import MemoryBus
+    from tui_gcs.core.protocol.zenoh_bus import connect_later
     from tui_gcs.core.records.tlog_reader import TlogError
     from tui_gcs.core.station.replay_player import Player
+    from tui_gcs.feed.live_watch import LiveWatch
 
     bus, clock = MemoryBus(), MonotonicClock()
     try:
         player = Player(file, speed, bus, clock, begin_s)
     except TlogError as error:
         raise CommandError(str(error)) from None
+    buses = {kind: connect_later(socket_path(kind)) for kind in (RunKind.LIVE, RunKind.SIM)}
     app = ReplayApp(
         bus,
         kind=RunKind.REPLAY,
         options=ConsoleOptions(
             replay=True,
+            beside=LiveWatch(buses, f"replay-{os.getpid()}", clock),
             overlays=options.overlays,
             keymap=options.keymap,
             theme=options.theme,
@@ -96,4 +102,6 @@ def _show(file: str, speed: float, begin_s: float, options: ConsolePreferences) 
         over.set()
         thread.join(2.0)
         player.close()
+        for one in buses.values():
+            one.close()
     return app.return_code or 0

@@ -108,6 +108,8 @@ class KeyInput:
         self._chord = KeyChord()
         self._guard = KeyGuard()
         self._key_queue = KeyQueue()
+        self.chord_help = CHORD_HELP
+        """What is shown after `!`."""
 
     @property
     def is_idle(self) -> bool:
@@ -117,7 +119,7 @@ class KeyInput:
     @property
     def prompt(self) -> str:
         """What waits for the next key, for the second line; empty if nothing does."""
-        return CHORD_HELP if self._chord.is_waiting(self._parts.clock.now()) else self._entry.prompt
+        return self.chord_help if self._chord.is_waiting(self._parts.clock.now()) else self._entry.prompt
 
     @property
     def awaits_chord(self) -> bool:

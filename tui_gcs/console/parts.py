@@ -12,6 +12,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.geometry.elevation import Elevation
 from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.live_watch import LiveWatch
 from tui_gcs.feed.notices import Severity
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 
@@ -44,6 +45,8 @@ class ConsoleOptions:
 
     replay: bool = False
     """The station replays a recording: nothing can be commanded, and there is no plan."""
+    beside: LiveWatch | None = None
+    """Beside a replay: the stations that fly meanwhile."""
     read_only: bool = False
     starts_station: bool = False
     """The command line has just started the station."""

@@ -86,6 +86,8 @@ class Feed:
         """The command line has just started the station that this console waits for."""
         self.notice = Notice("")
         """What this console shows its operator now, on every screen."""
+        self.live = Notice("")
+        """Beside a replay: the worst news of the stations that fly; an empty text where none does."""
         self.requests = ConsoleRequests(bus, principal)
         self.selection = Selection(lambda: self._listeners.post(posted.SelectionChanged()))
         """The vehicles that this console's commands are for."""
@@ -174,6 +176,12 @@ class Feed:
         """Show the operator a notice on every screen; an empty text ends it."""
         self.notice = notice
         self._listeners.post(posted.NoticeChanged())
+
+    def show_live(self, news: Notice) -> None:
+        """Show what is to be known of the stations that fly, on every screen; see `LiveWatch.news`."""
+        if news != self.live:
+            self.live = news
+            self._listeners.post(posted.LiveNewsChanged())
 
     def note(self, text: str, severity: int) -> None:
         """Write what the operator was shown to the station's journal; it is kept while the station is not heard."""

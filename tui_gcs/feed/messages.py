@@ -71,6 +71,10 @@ class NoticeChanged(_NewestOnly, bubble=False):
     """The operator is shown another notice, or none any more: see `Feed.notice`."""
 
 
+class LiveNewsChanged(_NewestOnly, bubble=False):
+    """Beside a replay: the news of the stations that fly have changed; see `Feed.live`."""
+
+
 class StationLost(Message, bubble=False):
     """No status for three seconds; posted again each second while `Feed.silent_s` grows."""
 

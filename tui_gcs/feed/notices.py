@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
+from tui_gcs.core.protocol.alarms import AlarmLevel
+
 NOTICE_S = 8.0
 """A notice is shown this long."""
 MAX_BAD = 2
@@ -22,6 +24,14 @@ class Severity(IntEnum):
     """A vehicle that is not heard and has no alarm: it was not flying when last heard."""
     CAUTION = 2
     WARNING = 3
+
+
+ALARM_SEVERITIES = {
+    AlarmLevel.WARNING: Severity.WARNING,
+    AlarmLevel.CAUTION: Severity.CAUTION,
+    AlarmLevel.ADVISORY: Severity.NORMAL,
+}
+"""How a panel or a line that shows no alarms of its own shows one of each level."""
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,14 @@
 """The base of the dialogs: lines of text in a box. The subclass handles keys; Esc always leaves.
 
 A box never covers the first two lines and the last one: alarms, what waits for a key, and the selection stay in view.
+Over a replay it leaves the third line free, too: what flies meanwhile.
 """
 
 from collections.abc import Sequence
 from typing import TypeVar
 
 from textual import events
-from textual.app import ComposeResult
+from textual.app import App, ComposeResult
 from textual.screen import ModalScreen
 
 from tui_gcs.widgets.basics.border_titles import set_title
@@ -26,6 +27,15 @@ KEY_LINES = 3
 """Lines at the end of a text that are never left out: they name the keys."""
 
 
+BESIDE = "-beside"
+"""Class of the app while it shows a replay: a third line is of the stations that fly."""
+
+
+def top_lines(app: App[object]) -> int:
+    """Return how many lines of the top no box covers."""
+    return TOP_LINES + app.has_class(BESIDE)
+
+
 class DialogBox(LinesView):
     """The box that shows the text."""
 
@@ -42,7 +52,7 @@ class DialogBox(LinesView):
         set_title(self, title)
         screen = self.screen.size
         self.styles.width = min(DIALOG_WIDTH, screen.width - 2)
-        self.styles.height = min(len(text) + BORDER_LINES, screen.height - TOP_LINES - BOTTOM_LINES)
+        self.styles.height = min(len(text) + BORDER_LINES, screen.height - top_lines(self.app) - BOTTOM_LINES)
         self.update_lines()
 
     def lines(self, width: int, height: int) -> Sequence[Line]:
@@ -75,10 +85,7 @@ def fitted(text: list[Line], room: int) -> list[Line]:
 class TextDialog(ModalScreen[T]):
     """A modal dialog of text lines, which ends with a result once."""
 
-    DEFAULT_CSS = f"""
-    TextDialog {{ align: center middle; }}
-    TextDialog DialogBox {{ margin: {TOP_LINES} 0 {BOTTOM_LINES} 0; }}
-    """
+    DEFAULT_CSS = "TextDialog { align: center middle; }"
 
     title_text = ""
     closed_by_itself = ""
@@ -120,6 +127,7 @@ class TextDialog(ModalScreen[T]):
 
     def compose(self) -> ComposeResult:
         """Compose the box, which is all there is."""
+        self.box.styles.margin = (top_lines(self.app), 0, BOTTOM_LINES, 0)
         yield self.box
 
     def on_mount(self) -> None:
@@ -137,7 +145,7 @@ class TextDialog(ModalScreen[T]):
     @property
     def room(self) -> int:
         """The number of lines that the box has for text."""
-        return max(KEY_LINES + 1, self.size.height - TOP_LINES - BOTTOM_LINES - BORDER_LINES)
+        return max(KEY_LINES + 1, self.size.height - top_lines(self.app) - BOTTOM_LINES - BORDER_LINES)
 
     def redraw(self) -> None:
         """Show `body` again; what is too long for the terminal loses lines before the keys, never the keys."""

@@ -60,7 +60,7 @@ class FlightFiles(ScreenEdits):
             return f"only a telemetry log can be replayed; this is a {flight.what}: Enter shows what happened"
         if status is not None and status.replay is not None:
             return f"this is a replay: q leaves it, then tui-gcs replay {clean(str(flight.path), 200)}"
-        # Behind a replay the operator sees no alarm, and !h would not reach the station.
+        # A replay shows one line of what flies: enough to notice what happens, not enough to fly by.
         if status is not None and status.armed and not self._feed.station_lost:
             return f"{status.armed} armed: replay in another terminal: tui-gcs replay {clean(str(flight.path), 200)}"
         return ""

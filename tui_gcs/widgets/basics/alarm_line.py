@@ -85,7 +85,7 @@ class AlarmLine(LinesView):
         if self._prompt:
             return [self._prompt_runs(width)]
         # A silent station or a full disk of this console is not in the station's list: it would be seen nowhere else.
-        if self._local.text and (self._local.level is Severity.WARNING or not self._alarms):
+        if self._local.text and (self._local.level is Severity.WARNING or not (self._alarms or self._fails)):
             return [_local_runs(self._local, self._notice, width)]
         if self._alarms:
             arrow = "→" if self.glyphs.unicode else "->"
@@ -95,6 +95,11 @@ class AlarmLine(LinesView):
         room = width - cell_len(right)
         ink = inks.get(self._notice.level, Ink.MUTED)
         return [[(cut(f" {self._notice.text}", room), ink), (right, Ink.TEXT)]]
+
+    @property
+    def _fails(self) -> bool:
+        """Whether the notice says that something was not done: it is worse than that this console may not command."""
+        return self._notice.level is Severity.WARNING
 
     def _prompt_runs(self, width: int) -> list[Run]:
         """The prompt whole; before it a new alarm, which may come while the operator types."""

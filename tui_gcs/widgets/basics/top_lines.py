@@ -1,4 +1,7 @@
-"""The two lines that every screen begins with: status, and the worst alarm with the key that answers it."""
+"""The lines that every screen begins with: status, and the worst alarm with the key that answers it.
+
+Over a replay a third one shows the stations that fly meanwhile.
+"""
 
 import math
 
@@ -7,22 +10,16 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 
 from tui_gcs.actions import APP_ACTIONS
-from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
+from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Phase, StationStatus
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
-from tui_gcs.feed.notices import Notice, Severity
+from tui_gcs.feed.notices import ALARM_SEVERITIES, Notice, Severity
 from tui_gcs.widgets.basics.alarm_line import AlarmLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.live_line import LiveLine
 from tui_gcs.widgets.basics.shown_keys import KEYS
 from tui_gcs.widgets.basics.status_line import StatusLine
-
-NOTICE_LEVELS = {
-    AlarmLevel.WARNING: Severity.WARNING,
-    AlarmLevel.CAUTION: Severity.CAUTION,
-    AlarmLevel.ADVISORY: Severity.NORMAL,
-}
-
 
 START_LIMIT_S = 15.0
 """A station that is being started answers within this time (`client.launcher`)."""
@@ -31,7 +28,10 @@ START_LIMIT_S = 15.0
 class TopLines(Vertical):
     """Status line and alarm line; they follow the feed by themselves."""
 
-    DEFAULT_CSS = "TopLines { height: 2; dock: top; }"
+    DEFAULT_CSS = """
+    TopLines { height: 2; dock: top; }
+    TopLines.-live { height: 3; }
+    """
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
         """Follow this feed once mounted."""
@@ -39,21 +39,29 @@ class TopLines(Vertical):
         self._feed = feed
         self.status_line = StatusLine(glyphs=glyphs)
         self.alarm_line = AlarmLine(glyphs=glyphs)
+        self.live_line = LiveLine(glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """See `Widget`: the status line stands above the alarm line."""
+        """See `Widget`: the status line stands above the alarm line, what flies beside a replay below it."""
         yield self.status_line
         yield self.alarm_line
+        yield self.live_line
 
     def on_mount(self) -> None:
         """Subscribe to the feed, and show what is known already."""
         self._feed.listen(self)
         self.alarm_line.set_notice(self._feed.notice)
+        self.on_live_news_changed()
         self.show()
 
     def on_notice_changed(self, _message: NoticeChanged) -> None:
         """Show what the operator is notified of now."""
         self.alarm_line.set_notice(self._feed.notice)
+
+    def on_live_news_changed(self) -> None:
+        """Show what flies while this is a replay; the line is not there where nothing does."""
+        self.set_class(bool(self._feed.live.text), "-live")
+        self.live_line.show(self._feed.live)
 
     @on(StatusUpdated)
     @on(FleetUpdated)
@@ -88,12 +96,14 @@ def local_notice(feed: Feed) -> Notice:
 
 def worst(feed: Feed) -> Notice:
     """The most important notice, where there is room for one alone."""
+    if feed.live.level >= Severity.CAUTION:
+        return Notice(f"NOW {feed.live.text}  q leaves the replay", feed.live.level)
     local = local_notice(feed)
     alarms = feed.status.alarms if feed.status is not None else ()
     first = alarms[0] if alarms and alarms[0].state != "shelved" else None
     if first is None or local.level is Severity.WARNING:
         return local
-    return Notice(f"{first.words()}  {action_words(first.action, KEYS)}", NOTICE_LEVELS[first.level])
+    return Notice(f"{first.words()}  {action_words(first.action, KEYS)}", ALARM_SEVERITIES[first.level])
 
 
 def station_lost_notice(status: StationStatus | None, silent_s: float) -> Notice:
