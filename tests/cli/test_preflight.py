@@ -23,7 +23,7 @@ from tui_gcs.core.records.rehearsal_store import FILE, RehearsalStore, plan_dige
 from tui_gcs.core.scenario.model import Scenario
 
 OPTIONS = argparse.Namespace(
-    kind=None, json=False, output=None, read_again=False, acknowledge=[], sign=False, operator="Ada"
+    kind=None, json=False, output=None, read_again=False, acknowledge=[], tick=[], sign=False, operator="Ada"
 )
 
 
@@ -81,6 +81,17 @@ def test_failsafes_are_acknowledged_and_the_list_is_signed_from_a_script(
     )
     code, out = said(argparse.Namespace(**{**vars(OPTIONS), "sign": True}), capsys)
     assert code == 0 and "sign-off" in out.partition("OK ")[2]
+
+
+def test_items_of_the_checklist_are_ticked_from_a_script(rig: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    active = rig.station.active
+    active.scenario = msgspec.structs.replace(active.scenario, checklist=("props tight", "props whole", "area clear"))
+    _, out = said(argparse.Namespace(**{**vars(OPTIONS), "tick": ["area", "props tight"]}), capsys)
+    assert "FAIL checklist: props whole" in out
+    assert "TICKED checklist: area clear -> ticked by Ada at " in out
+    for wrong, why in (("props", "is the beginning of several"), ("x", "is no item of the checklist; there are: ")):
+        with pytest.raises(preflight.CommandError, match=why):
+            preflight.run(argparse.Namespace(**{**vars(OPTIONS), "tick": [wrong]}))
 
 
 def test_what_cannot_be_acknowledged_or_overridden_is_one_line(rig: Rig, capsys: pytest.CaptureFixture[str]) -> None:

@@ -272,6 +272,8 @@ def _add_preflight(commands: options.Commands) -> None:
     parser.add_argument("--read-again", action="store_true", help="read from the vehicles also what is known")
     known = "accept this failsafe as it is (LIVE), e.g. station-loss; may be repeated"
     options.repeated(parser, "--acknowledge", "CHECK", known)
+    known = "tick this item of the scenario's checklist, by its text or its beginning; may be repeated"
+    options.repeated(parser, "--tick", "TEXT", known)
     parser.add_argument("--sign", action="store_true", help="sign the list, for one start; refused while a check fails")
     parser.add_argument(
         "--operator", default="", metavar="NAME", help="your name for the journal (default: your login)"

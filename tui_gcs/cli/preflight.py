@@ -12,6 +12,7 @@ from tui_gcs.cli.station_control import which
 from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import PROTOCOL, AnyRequest, Hello, Reply, StationStatus, decode, encode
 from tui_gcs.core.protocol.preflight import (
+    CHECKLIST,
     FAILSAFES,
     STOPS,
     AcknowledgeCheck,
@@ -19,6 +20,7 @@ from tui_gcs.core.protocol.preflight import (
     CheckState,
     ReadChecks,
     SignOff,
+    TickItem,
     count_words,
     well,
 )
@@ -40,6 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
         operator = arguments.operator or login_name()
         for name in arguments.acknowledge:
             _acknowledge(bus, status, name, operator)
+        for text in arguments.tick:
+            _tick(bus, status, text, operator)
         status = _status(bus)
         if arguments.sign:
             _done(_ask(bus, SignOff(operator, status.revision)))
@@ -92,6 +96,16 @@ def _acknowledge(bus: ZenohBus, status: StationStatus, name: str, operator: str)
     for check in status.preflight:
         if check.name == name and check.state is CheckState.FAIL:
             _done(_ask(bus, AcknowledgeCheck(check.name, check.text, operator, check.vehicles)))
+
+
+def _tick(bus: ZenohBus, status: StationStatus, text: str, operator: str) -> None:
+    """Tick the item of the scenario's checklist that is meant by its text, or by how only it begins."""
+    items = [check.text for check in status.preflight if check.name == CHECKLIST]
+    meant = [item for item in items if item == text] or [item for item in items if item.startswith(text)]
+    if len(meant) != 1:
+        wrong = "is the beginning of several items" if meant else "is no item of the checklist"
+        raise CommandError(f"--tick {text!r} {wrong}; there are: {'; '.join(items) or 'none'}")
+    _done(_ask(bus, TickItem(meant[0], operator)))
 
 
 def _done(reply: Reply) -> None:

@@ -140,6 +140,7 @@ class CommandController:
             parts.glyphs,
             parts.clock,
             self._operator,
+            ask=self.ask_quietly,
             unapplied=self.unapplied(),
         )
 

@@ -18,6 +18,7 @@ from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.protocol.flight import Arm
 from tui_gcs.core.protocol.preflight import (
+    CHECKLIST,
     FAILSAFES,
     OVERRIDABLE,
     TITLES,
@@ -26,6 +27,7 @@ from tui_gcs.core.protocol.preflight import (
     CheckState,
     ReadChecks,
     SignOff,
+    TickItem,
     refusing,
 )
 from tui_gcs.core.records.rehearsal_store import RehearsalRecord, plan_digest, remember
@@ -87,7 +89,7 @@ def acknowledged(flight: Rig, operator: str = "Ada") -> None:
 def test_every_check_is_told_worst_first(rig: MakeRig, tmp_path: Path) -> None:
     flight = live(rig, tmp_path)
     checks = flight.station.publisher.status().preflight
-    assert {check.name for check in checks} == set(TITLES)
+    assert {check.name for check in checks} == set(TITLES) - {CHECKLIST}, "the scenario has no checklist"
     order = list(CheckState)
     assert [order.index(c.state) for c in checks] == sorted(order.index(c.state) for c in checks)
     assert {c.name for c in checks if c.state is CheckState.FAIL} == {"rehearsal", "sign-off"}
@@ -102,7 +104,7 @@ def test_simulated_vehicles_start_without_any_of_it(rig: MakeRig) -> None:
     not_needed = {
         c.name for c in flight.station.frontend.checklist.look(flight.ids) if c.state is CheckState.NOT_NEEDED
     }
-    assert not_needed == set(OVERRIDABLE)
+    assert not_needed == set(OVERRIDABLE) - {CHECKLIST}
     assert flight.ask(m.Start(vehicles=flight.ids)).ok
 
 
@@ -296,6 +298,109 @@ def test_overriding_all_does_not_start_one_without_a_battery(rig: MakeRig, tmp_p
     flight.station.picture.fleet.vehicles[1].telemetry.battery_pct = 12.0
     reply = flight.ask(m.Start(vehicles=(1,), overrides=OVERRIDABLE, operator="Ada"))
     assert not reply.ok and "battery 12 %" in reply.results[0].text
+
+
+# ---------------------------------------------------------------- the scenario's own checklist
+
+ITEMS = ("props tight", "area clear")
+
+
+def with_items(flight: Rig) -> None:
+    active = flight.station.active
+    active.scenario = msgspec.structs.replace(active.scenario, checklist=ITEMS)
+
+
+def items(flight: Rig) -> list[Check]:
+    return [check for check in flight.station.frontend.checklist.look(flight.ids) if check.name == CHECKLIST]
+
+
+def ready_but_for_items(rig: MakeRig, tmp_path: Path) -> Rig:
+    flight = live(rig, tmp_path)
+    read(flight)
+    acknowledged(flight)
+    rehearsed(flight)
+    with_items(flight)
+    return flight
+
+
+def test_a_live_start_is_refused_until_every_item_is_ticked(rig: MakeRig, tmp_path: Path) -> None:
+    flight = ready_but_for_items(rig, tmp_path)
+    reply = flight.ask(m.Start(vehicles=flight.ids, operator="Ada"))
+    assert [check.text for check in reply.refused_by] == list(ITEMS)
+    assert flight.ask(TickItem("area clear", "Bob")).ok
+    assert not flight.ask(SignOff("Ada", flight.station.active.revision)).ok, "an item is open"
+    assert [c.text for c in flight.ask(m.Start(vehicles=flight.ids, operator="Ada")).refused_by] == ["props tight"]
+    assert flight.ask(TickItem("props tight", "Ada")).ok
+    assert flight.ask(m.Start(vehicles=flight.ids, operator="Ada")).ok
+    told = flight.texts("console-1")
+    assert "checklist: area clear: ticked by Bob" in told and "checklist: props tight: ticked by Ada" in told
+    assert any("2 ticked" in text for text in told if text.startswith("start signed by Ada"))
+
+
+def test_an_item_says_who_ticked_it_and_when(rig: MakeRig, tmp_path: Path) -> None:
+    flight = ready_but_for_items(rig, tmp_path)
+    flight.ask(TickItem("area clear", "Bob\x1b[2J"))
+    (open_one, ticked) = items(flight)
+    assert (open_one.text, open_one.state) == ("props tight", CheckState.FAIL)
+    assert (ticked.text, ticked.state) == ("area clear", CheckState.TICKED)
+    assert ticked.todo.startswith("ticked by Bob") and ticked.todo.endswith("Z") and ticked.todo.isprintable()
+
+
+def test_a_tick_is_taken_back_and_needs_a_name_and_an_item(rig: MakeRig, tmp_path: Path) -> None:
+    flight = ready_but_for_items(rig, tmp_path)
+    assert "needs the operator's name" in flight.ask(TickItem("area clear", " ")).text
+    assert "the scenario has no such item now" in flight.ask(TickItem("area\nclear", "Ada")).text
+    assert flight.ask(TickItem("area clear", "Ada")).ok
+    assert flight.ask(TickItem("area clear", "Bob", ticked=False)).ok
+    assert flight.ask(TickItem("area clear", "Bob", ticked=False)).ok, "nothing is left to do"
+    assert {check.state for check in items(flight)} == {CheckState.FAIL}
+    assert [t for t in flight.texts() if "taken back by Bob" in t] == [
+        "checklist: area clear: NOT ticked any more, taken back by Bob"
+    ]
+
+
+def test_a_new_start_asks_again(rig: MakeRig, tmp_path: Path) -> None:
+    flight = ready_but_for_items(rig, tmp_path)
+    for text in ITEMS:
+        flight.ask(TickItem(text, "Ada"))
+    assert flight.ask(m.Start(vehicles=(1,), operator="Ada")).ok
+    assert [c.text for c in flight.ask(m.Start(vehicles=(2,), operator="Ada")).refused_by] == list(ITEMS)
+
+
+def test_a_restarted_station_asks_again(rig: MakeRig, tmp_path: Path) -> None:
+    flight = ready_but_for_items(rig, tmp_path)
+    flight.ask(TickItem("area clear", "Ada"))
+    flight.restart_station(StateStore(tmp_path / "none.json"))
+    flight.ready()
+    with_items(flight)
+    assert {check.state for check in items(flight)} == {CheckState.FAIL}
+
+
+def test_open_items_are_overridden_by_name_like_other_checks(rig: MakeRig, tmp_path: Path) -> None:
+    flight = ready_but_for_items(rig, tmp_path)
+    assert flight.ask(m.Start(vehicles=flight.ids, overrides=(CHECKLIST,), operator="Ada")).ok
+    told = flight.texts("console-1")
+    assert [t for t in told if t.startswith("OVERRIDDEN")] == [
+        f"OVERRIDDEN by Ada for this start: checklist: {text}" for text in ITEMS
+    ]
+
+
+def test_open_items_warn_before_a_simulated_start_and_are_asked_again_after_it(rig: MakeRig) -> None:
+    flight = rig(2).ready()
+    with_items(flight)
+    flight.until(
+        lambda: not any(map(flight.station.frontend.readiness.why_not_start, flight.ids)), 60.0, "ready to start"
+    )
+    assert {check.state for check in items(flight)} == {CheckState.WARN}
+    assert flight.ask(TickItem("area clear", "Ada")).ok
+    assert flight.ask(m.Start(vehicles=flight.ids)).ok
+    assert {check.state for check in items(flight)} == {CheckState.WARN}
+
+
+def test_another_checklist_needs_no_new_rehearsal(rig: MakeRig, tmp_path: Path) -> None:
+    station = live(rig, tmp_path).station
+    changed = msgspec.structs.replace(station.active.scenario, checklist=ITEMS)
+    assert plan_digest(changed, {}) == plan_digest(station.active.scenario, {})
 
 
 # ---------------------------------------------------------------- what lapses

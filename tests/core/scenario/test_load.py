@@ -236,3 +236,26 @@ def test_a_zone_s_own_altitude_band_lies_inside_the_area_s() -> None:
 def test_a_planner_in_a_file_is_told_how_to_give_it() -> None:
     hint = "must be petrol; one in a file of yours is given to fly, run and rehearse by --planner FILE.py"
     assert any(hint in line for line in problems(TEXT, known_planners=("petrol",)))
+
+
+def test_a_checklist_is_a_list_of_texts_in_their_order() -> None:
+    text = TEXT + '\n[[checklist]]\ntext = "props tight"\n[[checklist]]\ntext = "area clear"\n'
+    assert parse(text).checklist == ("props tight", "area clear")
+    assert parse(TEXT).checklist == ()
+
+
+@pytest.mark.parametrize(
+    ("items", "says"),
+    [
+        ('[[checklist]]\ntext = ""', "checklist[1].text"),
+        ('[[checklist]]\ntext = "a\\u001b[2J"', "is not a name"),
+        ('[[checklist]]\ntext = "a"\n[[checklist]]\ntext = "a"', "'a' is an item already"),
+        ('[[checklist]]\ntxt = "a"', "checklist[1].txt"),
+        ("[[checklist]]\n", "checklist[1].text"),
+        ("checklist = 3", "checklist"),
+        ('[[checklist]]\ntext = "a"\n' * 31, "31 of them"),
+    ],
+)
+def test_a_wrong_item_is_one_line(items: str, says: str) -> None:
+    text = f"{items}\n{TEXT}" if items.startswith("checklist =") else f"{TEXT}\n{items}\n"
+    assert any(says in line for line in problems(text))

@@ -7,7 +7,15 @@ from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import RunKind, Start
-from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, CheckState, ReadChecks, SignOff
+from tui_gcs.core.protocol.preflight import (
+    CHECKLIST,
+    AcknowledgeCheck,
+    Check,
+    CheckState,
+    ReadChecks,
+    SignOff,
+    TickItem,
+)
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.fly.start_dialog import StartDialog
 from tui_gcs.screens.preflight.preflight_screen import PreflightScreen
@@ -221,3 +229,120 @@ async def test_a_manual_take_off_asks_with_the_checks_that_would_refuse_a_start(
         assert "! check station-loss vehicles 1-4: " in text
         assert "rehearsal" not in text and "sign-off" not in text, "these are about the scenario's start"
         assert "fence" not in text, "nothing is said of others"
+
+
+# ---------------------------------------------------------------- the scenario's own checklist
+
+TODO = "do it, then tick it: y in the list"
+LONG = "batteries of vehicles 5 to 8 strapped, their leads away from every propeller"
+
+
+def items(*ticked: str, live: bool = True) -> tuple[Check, ...]:
+    """A list of three items, as the station has it."""
+    state = CheckState.FAIL if live else CheckState.WARN
+    texts = ("propellers tight and undamaged", LONG, "people behind the line")
+    open_ones = (Check(CHECKLIST, state, text, TODO) for text in texts if text not in ticked)
+    return (*open_ones, *(Check(CHECKLIST, CheckState.TICKED, text, "ticked by Ada at 09:31:02Z") for text in ticked))
+
+
+def ticks(c: Console) -> list[TickItem]:
+    return [request for request in c.station.commands() if isinstance(request, TickItem)]
+
+
+@pytest.mark.parametrize("size", [NARROW, WIDE])
+async def test_pictures_of_a_checklist(size: tuple[int, int]) -> None:
+    listed = (*items("people behind the line"), *CHECKS[1:3], *GOOD)
+    async with console(size, with_checks(*listed), kind=RunKind.LIVE) as c:
+        await c.press("P", "down")
+        assert same_as_snapshot(f"preflight-items-{size[0]}x{size[1]}", c.text())
+        await c.press("escape", "space")
+        assert same_as_snapshot(f"preflight-start-items-{size[0]}x{size[1]}", c.text())
+
+
+async def test_items_are_ticked_one_after_the_other_and_each_is_seen_before_its_key() -> None:
+    async with console(NARROW, with_checks(*items(), *GOOD), kind=RunKind.LIVE) as c:
+        await c.press("P", "y")
+        assert "your name" in c.text(), "it is asked for once"
+        await typed(c, "Ada")
+        await c.press("y")
+        assert ticks(c) == [TickItem("propellers tight and undamaged", "Ada")]
+        assert "this line had just changed: look at it, then y again" in c.text()
+        await c.tick(1.0)
+        await c.press("y")
+        assert ticks(c)[1:] == [TickItem(LONG, "Ada")]
+
+
+async def test_a_tick_is_taken_back() -> None:
+    async with console(NARROW, with_checks(*items(LONG), *GOOD), kind=RunKind.LIVE) as c:
+        c.app.operator.name = "Bob"
+        await c.press("P", "n")
+        assert ticks(c) == [], "the marked item is not ticked"
+        await c.press("down", "down")
+        assert "n take back" in c.text() and "ticked by Ada at 09:31:02Z" in c.text()
+        await c.press("y")
+        assert ticks(c) == [], "it is ticked already"
+        await c.press("n")
+        assert ticks(c) == [TickItem(LONG, "Bob", ticked=False)]
+
+
+async def test_read_only_nothing_is_ticked() -> None:
+    async with console(NARROW, with_checks(*items(LONG), *GOOD), kind=RunKind.LIVE, read_only=True) as c:
+        await c.press("P", "y", "down", "down", "n", "escape")
+        assert c.station.commands() == []
+
+
+async def test_a_live_start_is_not_offered_before_all_items_are_ticked() -> None:
+    async with console(NARROW, with_checks(*items(), *GOOD), kind=RunKind.LIVE) as c:
+        await c.press("space")
+        assert "checklist 0 of 3 ticked; Tab = this is done:" in c.text() and "REFUSED" in c.text()
+        await c.press("tab")
+        assert "your name for the ticks" in c.text()
+        await c.press("enter")
+        assert "type your name: it is journalled" in c.text()
+        await typed(c, "Ada")
+        assert ticks(c) == [TickItem("propellers tight and undamaged", "Ada")]
+        c.station.preflight = (*items("propellers tight and undamaged"), *GOOD)
+        await c.tick()
+        c.app.screen.tick()
+        await c.settle()
+        assert LONG[:40] in c.text()
+        await c.press("tab")
+        assert len(ticks(c)) == 1 and "this item had just changed" in c.text()
+        await c.tick(1.0)
+        await c.press("tab")
+        assert ticks(c)[1] == TickItem(LONG, "Ada")
+        c.station.preflight = (*items("propellers tight and undamaged", LONG, "people behind the line"), *GOOD)
+        await c.tick()
+        c.app.screen.tick()
+        await c.settle()
+        assert "checklist: all 3 items ticked" in c.text() and "type 8 and Enter" in c.text()
+
+
+async def test_open_items_are_overridden_by_the_name_of_the_check() -> None:
+    async with console(NARROW, with_checks(*items(), *GOOD), kind=RunKind.LIVE) as c:
+        await c.press("space")
+        await typed(c, "checklist")
+        assert "OVERRIDDEN for this start: checklist" in c.text() and "Tab" not in c.text()
+        await c.press("tab")
+        assert ticks(c) == []
+        await typed(c, "Ada")
+        await typed(c, "8")
+        c.clock.advance(3.1)
+        c.app.screen.tick()
+        await c.settle()
+        assert starts(c) == [Start(ALL, overrides=("checklist",), operator="Ada")]
+
+
+async def test_simulated_vehicles_start_with_open_items_which_can_be_practised() -> None:
+    async with console(NARROW, with_checks(*items(live=False), *GOOD)) as c:
+        c.app.operator.name = "Ada"
+        await c.press("space", "tab")
+        assert ticks(c) == [TickItem("propellers tight and undamaged", "Ada")]
+        await c.press("enter")
+        assert starts(c) == [Start(ALL)]
+
+
+async def test_escape_leaves_the_start_also_while_a_name_is_typed() -> None:
+    async with console(NARROW, with_checks(*items(), *GOOD), kind=RunKind.LIVE) as c:
+        await c.press("space", "tab", "A", "escape")
+        assert isinstance(c.app.screen, FlyScreen) and ticks(c) == []

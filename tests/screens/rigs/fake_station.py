@@ -33,7 +33,7 @@ from tui_gcs.core.protocol.inspection import (
 )
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
-from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff, TickItem
 from tui_gcs.core.protocol.setup import (
     AskPayloads,
     ConfirmStep,
@@ -597,7 +597,7 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     m.Acknowledge: lambda station, request: station.table.acknowledge("console-test", request),
     m.Shelve: lambda station, request: station.table.shelve("console-test", request),
     m.Unshelve: lambda station, request: station.table.unshelve("console-test", request),
-    **dict.fromkeys((AcknowledgeCheck, SignOff, ReadChecks), lambda *_: m.Reply(ok=True)),
+    **dict.fromkeys((AcknowledgeCheck, SignOff, TickItem, ReadChecks), lambda *_: m.Reply(ok=True)),
     m.Note: FakeStation._note,
     m.SwitchRound: FakeStation._switch_round,
 }

@@ -16,6 +16,7 @@ from tui_gcs.core.forward.request_checks import Ruling
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight import fleet_checks as fleet
 from tui_gcs.core.preflight.readiness import Readiness
+from tui_gcs.core.preflight.ticked_items import Tick, TickedItems
 from tui_gcs.core.preflight.vehicle_checks import (
     CheckFinding,
     failsafes,
@@ -28,6 +29,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import EventClass, Reply
 from tui_gcs.core.protocol.preflight import (
+    CHECKLIST,
     FAILSAFES,
     MAX_NAME_CHARS,
     OVERRIDABLE,
@@ -37,6 +39,7 @@ from tui_gcs.core.protocol.preflight import (
     Check,
     CheckState,
     SignOff,
+    TickItem,
     count_words,
     names_of,
     open_by_hand,
@@ -82,6 +85,7 @@ class PreflightChecklist:
         self._rehearsals = RehearsalStore(parts.config.rehearsals)
         self._accepted: dict[tuple[str, int], _Accepted] = {}
         """By name of the check and id of the vehicle."""
+        self._ticked = TickedItems()
         self._signed: tuple[str, int] | None = None
         """The operator who signed, and the revision of the scenario that was signed."""
         self._asked_s: dict[int, float] = {}
@@ -104,7 +108,7 @@ class PreflightChecklist:
         findings = [(vehicle, finding) for vehicle in vehicles for finding in self._findings(vehicle)]
         found = [*self._of_fleet(), *_grouped([*findings, *self._of_places(vehicles, findings)])]
         found.append(self._sign_off(operator))
-        listed = {check.name for check in found}
+        listed = {CHECKLIST, *(check.name for check in found)}  # not every scenario has a checklist
         found += [self._good(name, len(vehicles)) for name in TITLES if name not in listed]
         return tuple(sorted(found, key=lambda check: (_STATES.index(check.state), _NAMES.index(check.name))))
 
@@ -121,6 +125,7 @@ class PreflightChecklist:
         yield from fleet.complete(parts)
         yield from fleet.links(parts)
         yield fleet.recording(parts)
+        yield from self._ticked.checks(parts.active.scenario.checklist, live=fleet.is_live(parts))
         if fleet.is_live(parts):
             yield fleet.rehearsal(parts, self._rehearsals.newest(self._plan()))
 
@@ -197,7 +202,9 @@ class PreflightChecklist:
 
     def begun(self, principal: str, request: m.Start) -> None:
         """Journal a start that was accepted, with its signature and overrides, which hold for this start only."""
+        self._newest = -math.inf, ()
         if not fleet.is_live(self._parts):
+            self._ticked.clear()
             return
         operator = _name(request.operator) or (self._signed[0] if self._signed else "")
         checks = self.look(request.vehicles, operator)
@@ -206,8 +213,9 @@ class PreflightChecklist:
             self._report(principal, f"OVERRIDDEN by {operator} for this start: {check.words()}", WARNING)
         names = f"; overridden: {', '.join(names_of(overridden))}" if overridden else ""
         self._report(principal, f"start signed by {operator}: {count_words(checks)}{names}", NOTICE)
-        # A signature holds for one start.
-        self._signed, self._newest = None, (-math.inf, ())
+        # A signature holds for one start, and so do ticks.
+        self._signed = None
+        self._ticked.clear()
 
     def lifted(self, principal: str, vehicle: int) -> None:
         """Journal what speaks against arming a vehicle manually; that is no start, so nothing is refused."""
@@ -242,6 +250,20 @@ class PreflightChecklist:
         text = f"acknowledged by {operator}: {line.words()}"
         self._report(principal, text, NOTICE)
         return Reply(ok=True, text=text)
+
+    def tick(self, principal: str, request: TickItem) -> Reply:
+        """Tick an item of the scenario's checklist, or take that back; both are journalled with operator and time."""
+        operator = _name(request.operator)
+        if not operator:
+            return Reply(ok=False, text="a tick needs the operator's name")
+        if request.text not in self._parts.active.scenario.checklist:
+            return Reply(ok=False, text=f"{clean(request.text, 80)}: the scenario has no such item now: look again")
+        tick = Tick(operator, self._parts.records.clock.wall()) if request.ticked else None
+        text = f"checklist: {request.text}: {'ticked' if request.ticked else 'NOT ticked any more, taken back'}"
+        if self._ticked.tick(request.text, tick):
+            self._report(principal, f"{text} by {operator}", NOTICE)
+        self._newest = -math.inf, ()
+        return Reply(ok=True, text=f"{text} by {operator}")
 
     def sign(self, principal: str, request: SignOff) -> Reply:
         """Sign the list, unless something on it refuses a start."""

@@ -47,7 +47,7 @@ from tui_gcs.core.protocol.planning import Track as Track
 from tui_gcs.core.protocol.points import AddPoints as AddPoints
 from tui_gcs.core.protocol.points import CancelPoints as CancelPoints
 from tui_gcs.core.protocol.points import PointOfInterest as PointOfInterest
-from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff, TickItem
 from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.core.scenario.model import Scenario
 
@@ -350,6 +350,7 @@ AnyRequest = (
     | GetJournal
     | AcknowledgeCheck
     | SignOff
+    | TickItem
     | ReadChecks
 )
 

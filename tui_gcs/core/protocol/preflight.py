@@ -20,6 +20,8 @@ class CheckState(StrEnum):
     """For information; it stops no start."""
     ACKNOWLEDGED = "acknowledged"
     """It would fail, but an operator has accepted it as it is."""
+    TICKED = "ticked"
+    """An item of the scenario's checklist that an operator has ticked for the next start."""
     OK = "ok"
     NOT_NEEDED = "not needed"
     """Makes no sense here: simulated vehicles."""
@@ -47,12 +49,15 @@ TITLES = {
     "mission": "mission and rally points on board are ours",
     "rehearsal": "rehearsed with exactly this plan",
     "recording": "flight is recorded",
+    "checklist": "items of the scenario's own checklist",
     "sign-off": "an operator has signed",
 }
 """All checks by name, in the order in which they are listed, with what each is about."""
 FAILSAFES = ("station-loss", "setpoint-loss", "battery-loss", "fence-cross", "position-loss", "stick-loss")
 """What vehicles do by themselves, by their own parameters: doing nothing can be acknowledged."""
-OVERRIDABLE = (*FAILSAFES, "fence", "mission", "rehearsal", "sign-off")
+CHECKLIST = "checklist"
+"""The check that has one line for each item of the scenario's own checklist."""
+OVERRIDABLE = (*FAILSAFES, "fence", "mission", "rehearsal", CHECKLIST, "sign-off")
 """What an operator may override by name for one start; asked of LIVE vehicles only."""
 BY_HAND = (*FAILSAFES, "fence", "mission")
 """What is as true of a vehicle that is lifted by hand; the others are about the scenario's flight."""
@@ -95,6 +100,15 @@ class AcknowledgeCheck(Request, frozen=True, tag="acknowledge-check"):
     vehicles: tuple[int, ...] = ()
     """The vehicles that it was about on the operator's screen: refused if it is about others too; none: any vehicles.
     """
+
+
+class TickItem(Request, frozen=True, tag="tick-item"):
+    """Tick an item of the scenario's checklist for the next start, or take that back."""
+
+    text: str
+    """The item as the scenario has it."""
+    operator: str
+    ticked: bool = True
 
 
 class SignOff(Request, frozen=True, tag="sign-off"):

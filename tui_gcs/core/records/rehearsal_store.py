@@ -55,8 +55,8 @@ def plan_digest(scenario: Scenario, planners: dict[str, PlannerInfo]) -> str:
     `planners` are those in files, by name; it may hold others, too.
     """
     code = {team.planner: _code_of(planners.get(team.planner), team.planner) for team in scenario.teams}
-    # The operator's position for Remote ID changes nothing that flies.
-    flown = msgspec.structs.replace(scenario, remote_id=None)
+    # The operator's position for Remote ID and the operators' own checklist change nothing that flies.
+    flown = msgspec.structs.replace(scenario, remote_id=None, checklist=())
     what = (msgspec.json.encode(flown, order="deterministic"), msgspec.json.encode(code, order="deterministic"))
     return hashlib.sha256(b"\0".join((*what, _own_code().encode()))).hexdigest()
 

@@ -7,7 +7,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, ReplyCode, RunPhase, VehicleResult
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff, TickItem
 from tui_gcs.core.records.event_log import DEBUG, WARNING
 from tui_gcs.core.records.journal_reader import events_before
 from tui_gcs.core.requests.context import RequestContext
@@ -47,6 +47,7 @@ class StationRequests:
             m.Note: RequestHandler(assist, self._note),
             AcknowledgeCheck: RequestHandler(assist, checklist.acknowledge),
             SignOff: RequestHandler(assist, checklist.sign),
+            TickItem: RequestHandler(assist, checklist.tick),
             ReadChecks: RequestHandler(assist, lambda _, r: checklist.read(anew=r.anew)),
             # Stops are answered per vehicle: one that cannot be held keeps no other from being held.
             m.Start: RequestHandler(command, self._start),

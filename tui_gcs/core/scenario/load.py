@@ -38,6 +38,7 @@ from tui_gcs.core.scenario.mission_inputs import (
     MAX_OBSTACLES,
     MAX_PEAKS,
     check_tasks,
+    read_checklist,
     read_class,
     read_obstacle,
     read_peak,
@@ -154,6 +155,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
     kinds = [read_class(t, parts.limits, footprint_m) for t in root.tables("class", MAX_CLASSES, least=0)]
     classes = tuple(kind for kind in kinds if kind is not None)
     remote_id = read_remote_id(root.table("remote_id"), frame)
+    checklist = read_checklist(root)
     root.done()
     check(parts, problems, known_planners, classes)
     check_classes(classes, problems)
@@ -181,6 +183,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         remote_id=remote_id,
         tasks=tuple(tasks),
         battery=battery,
+        checklist=checklist,
     )
 
 

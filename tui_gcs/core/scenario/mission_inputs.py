@@ -1,4 +1,4 @@
-"""Reads what planners are informed of beside zones: vehicle classes, density maps and moving obstacles."""
+"""Reads what a mission has beside zones: vehicle classes, density maps, moving obstacles, tasks, the checklist."""
 
 from collections.abc import Collection
 
@@ -10,6 +10,8 @@ from tui_gcs.core.scenario.model import DensityPeak, Limits, MovingObstacle, Pow
 MAX_PEAKS, MAX_OBSTACLES, MAX_CLASSES, MAX_LOOP_POINTS = 64, 64, 32, 100
 MAX_WEIGHT, MAX_PERIOD_S = 1e6, 86_400.0
 MAX_CAPACITY_WH, MAX_POWER_W = 1e6, 1e6
+MAX_ITEMS, MAX_ITEM_CHARS = 30, 80
+"""The checklist: as many items as two screens show, each of one line."""
 
 
 def read_peak(table: Table, frame: LocalFrame | None) -> DensityPeak | None:
@@ -53,6 +55,18 @@ def check_tasks(table: Table, tasks: list[ScenarioTask], teams: Collection[str])
         if task.team and task.team not in teams:
             wrong = f"there is no team {shown(task.team)}{nearest(task.team, teams)}"
             table.wrong(f"task[{i + 1}].team", wrong, f"must be {one_of(sorted(teams))}")
+
+
+def read_checklist(root: Table) -> tuple[str, ...]:
+    """Return the texts of all `[[checklist]]`; problems are noted."""
+    texts: list[str] = []
+    for table in root.tables("checklist", MAX_ITEMS, least=0):
+        text = table.name("text", MAX_ITEM_CHARS)
+        if text in texts:
+            table.wrong("text", f"{shown(text)} is an item already", "each item stands once")
+        table.done()
+        texts.append(text)
+    return tuple(texts)
 
 
 def read_class(table: Table, limits: Limits, footprint_radius_m: float) -> VehicleClass | None:

@@ -245,6 +245,8 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """None where the station sends no Remote ID of the operator."""
     battery: BatteryLimits = BatteryLimits()
     tasks: tuple[ScenarioTask, ...] = ()
+    checklist: tuple[str, ...] = ()
+    """What operators tick before each start, beside the checks of the station; each text stands once."""
 
     @property
     def vehicle_count(self) -> int:

@@ -1,18 +1,20 @@
 """The dialog that asks before a start."""
 
+import math
+from collections.abc import Callable
 from textwrap import wrap
 
 from textual import events
 
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.protocol.common import RunKind, Start
-from tui_gcs.core.protocol.preflight import Check, names_of, refusing
+from tui_gcs.core.protocol.common import Request, RunKind, Start
+from tui_gcs.core.protocol.preflight import CHECKLIST, Check, CheckState, TickItem, names_of, refusing
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.common.text_dialog import LINE_CELLS, TextDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, REACTION_S, TextDialog
 from tui_gcs.screens.fly.start_plan import StartPlan, fingerprint
 from tui_gcs.screens.orders.order_dialog import ARMING_S, LATE_S, NO_KEY, TOO_LATE
-from tui_gcs.screens.preflight.preflight_screen import Operator, typed_into
+from tui_gcs.screens.preflight.preflight_screen import Operator, is_open_item, typed_into
 from tui_gcs.widgets.basics.check_lines import check_line, count_line, loud
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
@@ -51,9 +53,12 @@ class StartDialog(TextDialog[Start | None]):
         clock: Clock | None = None,
         operator: Operator | None = None,
         *,
+        ask: Callable[[Request, str], None] = lambda request, title: None,
         unapplied: int = 0,
     ) -> None:
         """Ask about `plan`; `operator` is the name that was typed at this console before.
+
+        `ask` sends a request to the station and reports why it was not done.
 
         `unapplied` is the number of changes on the plan screen that are not flown: there they look as if they were.
         """
@@ -69,6 +74,11 @@ class StartDialog(TextDialog[Start | None]):
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         self._typed = ""
         self._operator = operator or Operator()
+        self._ask = ask
+        self._item, self._item_s = "", -math.inf
+        """The item of the checklist that Tab ticks, and since when it is the next one."""
+        self._naming = ""
+        """The item that is ticked as soon as the operator's name is typed; "": no name is being typed for one."""
         self._overrides: tuple[str, ...] = ()
         self._signed = False
         """The operator has typed a name."""
@@ -113,10 +123,13 @@ class StartDialog(TextDialog[Start | None]):
             return
         if self._starts_s is not None:
             return
+        if event.key == "tab":
+            self._tick_item()
+            return
         if event.key == "enter":
             self._confirm()
             return
-        if self._kind is RunKind.LIVE and (self._refusing() or self._needs_name()):
+        if self._naming or (self._kind is RunKind.LIVE and (self._refusing() or self._needs_name())):
             self._typed = typed_into(self._typed, event)
         elif self._kind is RunKind.LIVE and event.character is not None and event.character.isdigit():
             self._typed = (self._typed + event.character)[-4:]
@@ -127,6 +140,9 @@ class StartDialog(TextDialog[Start | None]):
 
     def _confirm(self) -> None:
         count = len(self._plan.vehicles)
+        if self._naming:
+            self._name_for_tick()
+            return
         if count == 0:
             return  # the last line says why
         if self._kind is RunKind.LIVE and self._refusing():
@@ -145,6 +161,35 @@ class StartDialog(TextDialog[Start | None]):
         else:
             self.finish(self._request())
             return
+        self.redraw()
+
+    def _next_item(self) -> Check | None:
+        """Return the first item of the checklist that is not ticked."""
+        item = next((check for check in self._checks() if is_open_item(check)), None)
+        if item is not None and item.text != self._item:
+            self._item, self._item_s = item.text, self._clock.now() if self._item else -math.inf
+        return item
+
+    def _tick_item(self) -> None:
+        """Tick the item that is shown; one that has just come to be shown takes no key yet."""
+        item = self._next_item()
+        if item is None or CHECKLIST in self._overrides or self._feed.requests.read_only:
+            return
+        if self._clock.now() - self._item_s < REACTION_S:
+            self._problem = "this item had just changed: look at it, then Tab again"
+        elif self._operator.name:
+            self._ask(TickItem(item.text, self._operator.name), "tick")
+        else:
+            self._naming, self._typed = item.text, ""
+        self.redraw()
+
+    def _name_for_tick(self) -> None:
+        """Take the typed name, and tick the item for which it was asked."""
+        if name := self._typed.strip():
+            self._ask(TickItem(self._naming, name), "tick")
+            self._operator.name, self._naming, self._typed = name, "", ""
+        else:
+            self._problem = "type your name: it is journalled"
         self.redraw()
 
     def _request(self) -> Start:
@@ -233,19 +278,37 @@ class StartDialog(TextDialog[Start | None]):
         checks, refusing_ = self._checks(), self._refusing()
         if not checks:
             return []
-        listed = refusing_[:MAX_CHECKS] or loud(checks)[:1]
+        others = [check for check in refusing_ if check.name != CHECKLIST]
+        listed = others[:MAX_CHECKS] or [check for check in loud(checks) if check.name != CHECKLIST][:1]
         lines = [
             [],
             count_line(checks, "   (Esc, P: all)"),
             *(check_line(check, LINE_CELLS, "  ") for check in listed),
         ]
-        if len(refusing_) > MAX_CHECKS:
-            names = ", ".join(names_of(refusing_[MAX_CHECKS:]))
+        if len(others) > MAX_CHECKS:
+            names = ", ".join(names_of(others[MAX_CHECKS:]))
             lines += [[(line, Ink.WARNING)] for line in wrap(f"and {names}", LINE_CELLS - 2, initial_indent="  ")]
+        lines += self._item_lines()
         if self._overrides:
             text = f"OVERRIDDEN for this start: {', '.join(self._overrides)}"
             lines += [[(line, Ink.CAUTION)] for line in wrap(text, LINE_CELLS, subsequent_indent="  ")]
         return lines
+
+    def _item_lines(self) -> list[Line]:
+        """Count the items of the checklist, and show the next open one whole: Tab ticks it."""
+        items = [check for check in self._checks() if check.name == CHECKLIST]
+        item = self._next_item()
+        if not items or CHECKLIST in self._overrides:
+            return []
+        ticked = sum(check.state is CheckState.TICKED for check in items)
+        if item is None:
+            return [[(f"  checklist: all {ticked} items ticked", Ink.MUTED)]]
+        ink = Ink.WARNING if item.state is CheckState.FAIL else Ink.CAUTION
+        text = f"{self.glyphs.selected} {item.text}"
+        return [
+            [(f"  checklist {ticked} of {len(items)} ticked; Tab = this is done:", ink)],
+            *([(line, Ink.BOLD)] for line in wrap(text, LINE_CELLS - 2, initial_indent="  ", subsequent_indent="    ")),
+        ]
 
     def _left_out_lines(self) -> list[Line]:
         """List the vehicles that are present but not ready, with the reason."""
@@ -285,6 +348,8 @@ class StartDialog(TextDialog[Start | None]):
         if self._starts_s is not None:
             left_s = max(0, round(self._starts_s - self._clock.now()))
             return [(" Esc = STOP THIS ", Ink.SELECTED_WARNING), (f"   started in {left_s} s", Ink.BOLD)]
+        if self._naming:
+            return [cancel, (f"  your name for the ticks, Enter: [{self._typed:_<10}]", Ink.BOLD)]
         if not self._plan.vehicles:
             return [cancel, (f"   {NO_VEHICLE}", Ink.CAUTION)]
         if self._kind is RunKind.LIVE and self._refusing():

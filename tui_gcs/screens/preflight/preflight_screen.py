@@ -9,6 +9,7 @@ from textual import events
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Request
 from tui_gcs.core.protocol.preflight import (
+    CHECKLIST,
     FAILSAFES,
     MAX_NAME_CHARS,
     TITLES,
@@ -17,6 +18,7 @@ from tui_gcs.core.protocol.preflight import (
     CheckState,
     ReadChecks,
     SignOff,
+    TickItem,
 )
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import StatusUpdated
@@ -99,7 +101,9 @@ class PreflightScreen(TextDialog[None]):
         elif event.key in ("down", "j", "up", "k"):
             self._mark(1 if event.key in ("down", "j") else -1)
         elif event.key == "y":
-            self._acknowledge()
+            self._accept()
+        elif event.key == "n":
+            self._take_back()
         elif event.key == "R":
             self._read(anew=True)
         elif event.key == "S":
@@ -124,13 +128,17 @@ class PreflightScreen(TextDialog[None]):
         """Ask for the operator's name, then call `do` with it."""
         self._naming, self._typed = do, self._operator.name
 
-    def _acknowledge(self) -> None:
+    def _accept(self) -> None:
+        """Acknowledge the marked check, or tick the marked item of the checklist."""
         check = self.marked()
         if check is None:
             return
         # The key was probably meant for the check that was marked before.
         if self._clock.now() - self._moved_s < REACTION_S:
             self._hint = "this line had just changed: look at it, then y again"
+            return
+        if check.name == CHECKLIST:
+            self._tick(check)
             return
         if not self._can_acknowledge(check):
             self._hint = "only a failsafe that fails can be acknowledged" if not self._feed.requests.read_only else ""
@@ -139,10 +147,34 @@ class PreflightScreen(TextDialog[None]):
         def ask(name: str) -> None:
             self._ask(AcknowledgeCheck(check.name, check.text, name, check.vehicles), "acknowledge")
 
+        self._as_operator(ask)
+
+    def _tick(self, check: Check) -> None:
+        """Tick an item, and mark the next open one, which takes no key for a moment: each is read before its tick."""
+        if self._feed.requests.read_only or not is_open_item(check):
+            return
+
+        def ask(name: str) -> None:
+            self._ask(TickItem(check.text, name), "tick")
+            items = [row for row in self.rows() if is_open_item(row)]
+            if check in items and len(items) > 1:
+                self._marked = _mark_of(items[(items.index(check) + 1) % len(items)])
+                self._moved_s = self._clock.now()
+
+        self._as_operator(ask)
+
+    def _take_back(self) -> None:
+        """Take back the tick of the marked item."""
+        check = self.marked()
+        if check is not None and check.state is CheckState.TICKED and not self._feed.requests.read_only:
+            self._as_operator(lambda name: self._ask(TickItem(check.text, name, ticked=False), "take back"))
+
+    def _as_operator(self, do: Callable[[str], None]) -> None:
+        """Call `do` with the operator's name, which is asked for once."""
         if self._operator.name:
-            ask(self._operator.name)
+            do(self._operator.name)
         else:
-            self._ask_name(ask)
+            self._ask_name(do)
 
     def _sign(self, name: str) -> None:
         revision = self._feed.status.revision if self._feed.status is not None else -1
@@ -205,9 +237,16 @@ class PreflightScreen(TextDialog[None]):
             return [(" your name ", Ink.SELECTED), (f" {self._typed}_   Enter   Esc = no", Ink.BOLD)]
         marked = self.marked()
         keys = ["y acknowledge"] if marked is not None and self._can_acknowledge(marked) else []
+        if marked is not None and marked.name == CHECKLIST and not self._feed.requests.read_only:
+            keys = ["n take back"] if marked.state is CheckState.TICKED else ["y tick"]
         keys += [] if self._feed.requests.read_only else ["S sign", "R read", "H rehearse"]
         keys += ["arrows"] if len(self.rows()) > 1 else []
         return [(" Esc = close ", Ink.SELECTED), (f"  {'   '.join(keys)}", Ink.BOLD)]
+
+
+def is_open_item(check: Check) -> bool:
+    """Whether the check is an item of the checklist that is not ticked."""
+    return check.name == CHECKLIST and check.state is not CheckState.TICKED
 
 
 def _mark_of(check: Check | None) -> Mark:

@@ -15,6 +15,7 @@ TAGS = {
     CheckState.UNKNOWN: "? ????",
     CheckState.WARN: "^ WARN",
     CheckState.ACKNOWLEDGED: "* seen",
+    CheckState.TICKED: "+ tick",
 }
 """A shape and a word for each state that has a line of its own."""
 INKS = {
@@ -22,6 +23,7 @@ INKS = {
     CheckState.UNKNOWN: Ink.WARNING,
     CheckState.WARN: Ink.CAUTION,
     CheckState.ACKNOWLEDGED: Ink.ADVISORY,
+    CheckState.TICKED: Ink.TEXT,
 }
 NAME_CELLS, VEHICLES_CELLS = 13, 7
 
