@@ -14,23 +14,20 @@ from tests.core.rigs.wires import Wired
 
 @pytest.fixture
 def rig(tmp_path: Path) -> Iterator[Callable[..., Rig]]:
-    """Makes whole systems: `rig(3)` has three vehicles; `wants=None` uses the real planners."""
+    """Makes whole systems: `rig(3)` has three vehicles; `wants=None` uses the real planners.
+
+    Each tour is designed once in a run of tests, also one for a task that changes in flight, and not searched on for.
+    """
     made: list[Rig] = []
 
     def make(vehicles: int = 3, **options: Any) -> Rig:
         made.append(Rig(options.pop("mission", None) or scenario(vehicles), toml(), tmp_path, **options))
         return made[-1]
 
-    yield make
+    with patch("tui_gcs.planner.patrol.patrol.begin_search", remembered):
+        yield make
     for one in made:
         one.close()
-
-
-@pytest.fixture
-def tours_remembered() -> Iterator[None]:
-    """Tours are not designed anew, nor searched on for, when a task changes in flight: `Rig` sees to its start only."""
-    with patch("tui_gcs.planner.patrol.patrol.begin_search", remembered):
-        yield
 
 
 @pytest.fixture

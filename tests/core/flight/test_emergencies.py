@@ -177,7 +177,6 @@ def test_its_planner_gets_a_fleet_without_it(rig: MakeRig) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.usefixtures("tours_remembered")
 def test_the_others_of_its_team_share_its_work(rig: MakeRig) -> None:
     """With the real patrol planner: of three slots two are left, evenly spaced, within seconds."""
     flight = rig(3, wants=None).flying()
