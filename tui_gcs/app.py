@@ -286,8 +286,8 @@ class ConsoleApp(TerminalApp):
         self.commands.resume_by_enter()
 
     def on_point_prompt_typed(self, message: "PointPrompt.Typed") -> None:
-        """Send a task that was typed on a map; its marker and an event show that it was taken."""
-        self.commands.ask_quietly(AddPoints((message.point,)), "task")
+        """Send a task that was typed on a map."""
+        self.commands.ask_quietly(AddPoints((message.point,)), "task", "S a, then Tab, lists and cancels it")
 
     def on_point_prompt_remark(self, message: "PointPrompt.Remark") -> None:
         """Report why no task is sent."""

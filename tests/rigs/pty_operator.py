@@ -9,7 +9,7 @@ from tests.rigs.console_pty import PtyConsole
 from tests.rigs.terminal_picture import TerminalPicture
 
 ENTER, TAB, EMPTY, ESCAPE, SAVE = "\r", "\t", "\x15", "\x1b", "\x13"
-RIGHT, UP, DOWN = "\x1b[C", "\x1b[A", "\x1b[B"
+RIGHT, UP, DOWN, DELETE = "\x1b[C", "\x1b[A", "\x1b[B", "\x1b[3~"
 """As a terminal sends them; EMPTY is ^U in a field, SAVE ^S."""
 
 

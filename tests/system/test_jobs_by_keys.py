@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.core.rigs.link_rig import free_port
-from tests.rigs.pty_operator import DOWN, ENTER, TAB, Operator, end_programs
+from tests.rigs.pty_operator import DELETE, DOWN, ENTER, TAB, Operator, end_programs
 
 pytestmark = [pytest.mark.process, pytest.mark.by_keys, pytest.mark.xdist_group("operator")]
 SIZES = {"80x24": (80, 24), "120x40": (120, 40)}
@@ -154,5 +154,40 @@ def test_accelerometers_of_both_autopilots(operator: Operator) -> None:
     operator.press("b", "type 1 and Enter")
     operator.press("1" + ENTER, "reboot 1: done for all 1", 60.0)
     operator.sees("8/8", 60.0)
+    operator.leaves()
+    run("stop")
+
+
+def calibrate_compass(operator: Operator, last: int) -> None:
+    """Begin it on the selected vehicles from the chosen line; `last` is a PX4."""
+    operator.press(ENTER, f"vehicle {last}: go outside")
+    operator.press("y", "under way: 2")
+    operator.sees("compass 3: ", 30.0)
+    operator.sees(f"vehicle {last}: turn it slowly about the axis", 30.0)
+
+
+@demo("--autopilot", "mixed")
+def test_compasses_of_both_autopilots(operator: Operator) -> None:
+    """No prompt waits for a key: the vehicles report how far they are, PX4 also which side it waits for."""
+    operator.sees("ready 8/8", 60.0)
+    screen(operator, "s", "airframe")
+    select(operator, "1-2", "1-2")
+    operator.press("R", "read all sections: done", 60.0)
+    operator.press(DOWN, "gyro")
+    operator.press(ENTER, "Enter set")
+    for sensor in ("accel", "simple-accel", "level", "compass"):
+        operator.press(DOWN, f"│{sensor}: ")
+    calibrate_compass(operator, 2)
+    operator.sees("compass calibration done: reboot it before it flies", 120.0)
+    operator.sees("calibrate compass: done, vehicle 2", 240.0)
+    select(operator, "3-4", "3-4")
+    calibrate_compass(operator, 4)
+    operator.press(DELETE, "y = cancel it")
+    operator.press("y", "vehicle 4: NOT DONE: cancelled")
+    operator.sees("vehicle 3: NOT DONE: cancelled; reboot it before it flies")
+    select(operator, "1", "1")
+    operator.press("c", "b  reboot")
+    operator.press("b", "type 1 and Enter")
+    operator.press("1" + ENTER, "reboot 1: done for all 1", 60.0)
     operator.leaves()
     run("stop")

@@ -28,5 +28,5 @@ def copy_actions(
     """Return the two actions that copy by OSC 52; `row` and `rows` say what each copies on this screen."""
     return (
         action("copy_row", "y", "copy", f"{row}, to the terminal's clipboard (OSC 52)", COPY, weight),
-        action("copy_rows", "Y", "", f"{rows}, with all values, as a table for a spreadsheet", COPY),
+        action("copy_rows", "Y", "", f"copy {rows} with all values: a table for a spreadsheet", COPY),
     )

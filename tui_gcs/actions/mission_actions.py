@@ -29,7 +29,7 @@ MISSION_ACTIONS = (
     ),
     action("save", "ctrl+s", "save", "all vehicles' plans to a file", EDIT, 8),
     action("open", "ctrl+o", "open", "a file: missions of all, or a plan for this vehicle", EDIT, 5),
-    action("write", "W", "", "this vehicle's plans to a file: .plan .waypoints .kml .geojson", EDIT),
+    action("write", "W", "", "write this vehicle's plans to a file: .plan .waypoints .kml .geojson", EDIT),
     action("undo", "u ctrl+z", "undo", "take back the last edit", EDIT, 7),
     action("redo", "ctrl+y", "redo", "do again what was taken back", EDIT, 2, do="edit('editor.redo')"),
     action("add", "plus insert", "add", "one more after this one; at the cursor if it is shown", EDIT, 7),

@@ -8,7 +8,7 @@ FILES = "Files"
 PARAMETER_ACTIONS = (
     action("edit", "enter e", "set", "the chosen parameter on the compared vehicles; asks", COMMAND, 9),
     action("copy", "V", "to others", "the value of the vehicle looked at to the others; asks", COMMAND, 6),
-    action("copy_all", "E", "", "all that is listed, of the vehicle looked at, to the others; asks", COMMAND),
+    action("copy_all", "E", "", "copy all that is listed from the vehicle looked at to the others; asks", COMMAND),
     action("undo", "u", "undo", "take the last change back; asks", COMMAND, 6),
     action("fetch", "R", "read", "read all parameters of the compared vehicles from them", COMMAND, 7),
     action("filter", "slash", "find", "words of the name or the meaning", VIEW, 9),

@@ -117,7 +117,7 @@ APP_ACTIONS = (
     action(
         "show_journal", "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3, do="show('journal')"
     ),
-    action("show_menu", "S", "", "all other screens: S and a letter", SCREENS),
+    action("show_menu", "S", "screens", "all other screens: S and a letter", SCREENS, 8),
     *(_screen(*each) for each in MENU_SCREENS),
     action("next_theme", "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
     action("redraw", "ctrl+l", "", "write the whole screen again", SCREENS),
@@ -150,7 +150,7 @@ FLY_ACTIONS = (
     action("fit", "z", "fit", "everything in view", VIEW, 2, do="map_view.fit"),
     action("follow", "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
     action("cursor", "x", "", "cursor on the map, on and off: degrees, metres, UTM; go to: `cursor`", VIEW),
-    action("add_task", "t", "", "a task for planners at the cursor", VIEW, why_not=_may_command),
+    action("add_task", "t", "", "add a task for planners at the cursor", VIEW, why_not=_may_command),
     action("measure", "X", "", "measure distance and direction from the cursor", VIEW),
     action("grid", "g", "", "grid on the map, on and off", VIEW),
     action("layers", "L", "", "choose what is drawn on the map", VIEW),

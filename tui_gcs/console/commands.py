@@ -231,13 +231,15 @@ class CommandController:
 
     # Questions to the station.
 
-    def ask_quietly(self, request: Request, title: str) -> None:
-        """Ask the station; the operator is notified only if it could not be done."""
+    def ask_quietly(self, request: Request, title: str, what_next: str = "") -> None:
+        """Ask the station; the operator is notified if it could not be done, else only where there is a `what_next`."""
 
         async def ask() -> None:
             reply = await self._feed.requests.send(request)
             if not reply.ok:
                 self._parts.notice(f"{title} NOT DONE: {reply.text}", Severity.WARNING, title)
+            elif what_next:
+                self._parts.notice(f"{reply.text}; {what_next}", Severity.NORMAL, title)
 
         self._parts.app.run_worker(ask(), group="requests", exit_on_error=False)
 

@@ -111,7 +111,7 @@ class ParameterTransfers:
         restore = {vehicle: self._changed(vehicle, former) for vehicle, former in before.items()}
         restore = {vehicle: former for vehicle, former in restore.items() if former}
         if restore:
-            self._undo = [*self._undo, ParameterChange(f"take back {change.what}", restore)][-MAX_UNDO:]
+            self._undo = [*self._undo, ParameterChange(f"undo of {change.what}", restore)][-MAX_UNDO:]
         return tuple(sorted(outcomes, key=lambda one: one.vehicle))
 
     @property

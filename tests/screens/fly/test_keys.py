@@ -459,7 +459,7 @@ async def test_help_is_never_cut_and_ends_with_what_the_signs_mean() -> None:
         await c.press("question_mark")
         lines = ["".join(text for text, _ in line) for line in c.app.screen.all_lines()]
         assert max(map(len, lines)) <= LINE_CELLS
-        assert "In flight: HOLD ALL at" in "\n".join(lines) and any(line.strip() == "once" for line in lines)
+        assert "(asks). In flight:" in "\n".join(lines) and any(line.strip() == "HOLD ALL at once" for line in lines)
         for sign in ("slot off", "cov 4/4", "sep out", "veto", "ctl"):
             assert any(line[9:].startswith(sign) for line in lines), sign
         for _ in range(12):
@@ -545,6 +545,20 @@ def added_tasks(c: Console) -> list[m.AddPoints]:
     return [request for request in c.station.requests if isinstance(request, m.AddPoints)]
 
 
+async def test_the_smallest_terminal_names_the_key_of_all_other_screens() -> None:
+    async with console(NARROW) as c:
+        assert "S screens" in c.line(-1)
+
+
+async def test_the_help_begins_with_what_a_key_does() -> None:
+    """The text of a table alone has often no verb: `the chosen parameter on the compared vehicles; asks`."""
+    async with console(WIDE) as c:
+        await c.press("S", "p", "?")
+        words = " ".join(c.app.screen.text().split())
+        assert "set: the chosen parameter on the compared vehicles; asks" in words
+        assert "copy all that is listed from the vehicle looked at to the others; asks" in words
+
+
 async def test_a_task_for_planners_is_made_at_the_cursor() -> None:
     async with console(WIDE, flight) as c:
         await c.press("t")  # shows the cursor, and says what the next press does
@@ -557,6 +571,7 @@ async def test_a_task_for_planners_is_made_at_the_cursor() -> None:
         (point,) = request.points
         assert point.place_m == c.fly.cursor_m != cursor
         assert (point.name, point.priority) == ("gate7", 2.0)
+        assert "S a, then Tab, lists and cancels it" in c.line(1)
         await c.press("t", "enter")  # the same question again, for another one
         assert len(added_tasks(c)) == 2
 

@@ -258,3 +258,17 @@ async def test_a_refusal_for_want_of_a_selection_ends_with_a_selection() -> None
         assert "no vehicle is selected" not in detail(c)
         await c.press("enter")
         assert "Enter takes, Esc leaves" in c.text()
+
+
+async def test_the_next_parameter_is_chosen_when_one_does_not_differ_any_more() -> None:
+    async with console(NARROW, known) as c:
+        await opened(c, *range(1, 9))
+        await c.press("tab")
+        assert names(c)[0] == "FENCE_ENABLE"
+        await c.press("down", "up", "V", "y")
+        assert names(c) == ["SYSID_THISMAV", "WPNAV_SPEED"]
+        await c.press("down", "V", "y")
+        assert names(c) == ["SYSID_THISMAV"]
+        assert c.app.screen.parameter_list.chosen_row.name == "SYSID_THISMAV"
+        await c.press("u", "y")
+        assert "undo of WPNAV_SPEED = 700: set and confirmed" in detail(c)

@@ -408,3 +408,14 @@ async def test_a_chosen_section_is_asked_for_alone_and_once() -> None:
         c.station.requests.clear()
         await c.press("down", "down", "down")
         assert asked(c, GetSetup) == [], "the last section stays chosen"
+
+
+async def test_the_footer_names_what_enter_does_and_d_only_while_a_prompt_waits() -> None:
+    async with console(NARROW, known) as c:
+        await opened(c, *range(1, 9))
+        assert "Enter set" in c.line(-1) and "d done" not in c.line(-1) and "Del cancel" not in c.line(-1)
+        await c.press("left")
+        assert "Enter open" in c.line(-1)
+        calibrating(c.station)
+        await look(c)
+        assert "d done" in c.line(-1) and "Del cancel" in c.line(-1)

@@ -148,3 +148,12 @@ async def test_the_palette_finds_the_screen() -> None:
     async with console(WIDE, busy) as c:
         await c.press(":", *"tasks", "enter")
         assert c.app.current_mode == "tasks"
+
+
+async def test_the_footer_has_the_keys_of_the_view_and_the_title_where_planners_tasks_are() -> None:
+    async with console(NARROW, busy) as c:
+        await opened(c)
+        assert "Del cancel" in c.line(-1) and "Tab people" in c.line(-1) and "hand over" not in c.line(-1)
+        assert "those for planners: S a" in c.text()
+        await c.press("tab")
+        assert "O hand over" in c.line(-1) and "Tab tasks" in c.line(-1) and "Del cancel" not in c.line(-1)

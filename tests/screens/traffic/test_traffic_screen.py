@@ -140,3 +140,12 @@ async def test_text_is_text() -> None:
     async with console(NARROW, hostile) as c:
         await opened(c, "tab")
         assert "\x1b" not in c.text() and "[b]x[/b]" in c.text()
+
+
+async def test_a_task_is_described_with_what_has_become_of_it() -> None:
+    async with console(NARROW, crowded) as c:
+        await opened(c, "tab")
+        assert "open: a planner that takes tasks sends a vehicle there" in panel(c)
+        assert "450 m east, 200 m north of the origin; priority 2; for team attack" in panel(c)
+        await c.press("down")
+        assert "done by vehicle 3: it was seen from there" in panel(c) and "for any team" in panel(c)

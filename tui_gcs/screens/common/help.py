@@ -39,7 +39,7 @@ class HelpDialog(ScrolledDialog):
                 name = (f"{group if index == 0 else '':<9}", Ink.ADVISORY)
                 why = refusal(action, self._situation)
                 inks = (Ink.MUTED, Ink.MUTED) if why else (Ink.BOLD, Ink.TEXT)
-                first, *more = wrap(action.help, LINE_CELLS - KEY_CELLS)
+                first, *more = wrap(described_words(action), LINE_CELLS - KEY_CELLS)
                 lines.append([name, (f"{action.shown:<8} ", inks[0]), (first, inks[1])])
                 lines += [[(" " * KEY_CELLS + text, inks[1])] for text in more]
                 if why:
@@ -48,6 +48,14 @@ class HelpDialog(ScrolledDialog):
                         for text in wrap(f"not now: {why}", LINE_CELLS - KEY_CELLS)
                     ]
         return [*lines, *legend(self.glyphs)]
+
+
+def described_words(action: ConsoleAction) -> str:
+    """Return what an action does: the word of the footer, which is often its verb, and the text of the table."""
+    text = action.help
+    if not action.label or text.casefold().startswith(action.label.casefold()):
+        return text
+    return f"{action.label}: {text}"
 
 
 def legend(glyphs: GlyphSet) -> list[Line]:

@@ -118,9 +118,10 @@ class ParametersScreen(ListScreen):
         self._shown_s = self._clock.now()
         chosen = self.parameter_list.chosen_row
         rows = self._matching()
-        # The same parameter stays chosen while the search changes around it.
+        # The same parameter stays chosen while the search changes around it; where it is gone, for instance because it
+        # does not differ any more, the next one is.
         names = [row.name for row in rows]
-        at = names.index(chosen.name) if chosen is not None and chosen.name in names else 0
+        at = names.index(chosen.name) if chosen is not None and chosen.name in names else self.parameter_list.chosen
         self.parameter_list.empty_text = self._empty_text()
         self.parameter_list.show_parameters(rows, at, self._lead(), self.favourites.names)
         self.show_chosen()

@@ -58,6 +58,7 @@ class SetupScreen(PolledScreen):
         self.field_list = FieldList(glyphs=glyphs)
         self.panel = SetupPanel(glyphs=glyphs)
         self.value_bar = PromptBar("value")
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="show_setup")
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the lists, the panel, the question and the footer."""
@@ -67,7 +68,7 @@ class SetupScreen(PolledScreen):
             yield self.field_list
         yield self.panel
         yield self.value_bar
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_setup")
+        yield self.footer
 
     @on(events.ScreenResume)
     @on(SelectionChanged)
@@ -108,6 +109,7 @@ class SetupScreen(PolledScreen):
         set_title(self.section_list, vehicles_words(vehicles) if vehicles else "setup")
         all_ = "" if self.feed.selection.ids else "   looking only: s selects which are set up"
         set_title(self.field_list, f"{self.section}{all_}{silent}")
+        self.footer.relabel(self._labels())
         self.panel.show(
             self.watch_setup.tasks,
             self.feed.selection.lead,
@@ -115,6 +117,16 @@ class SetupScreen(PolledScreen):
             self.field_list.chosen_row,
             self.edits.report,
         )
+
+    def _labels(self) -> dict[str, str]:
+        """Return what keys are called now: Enter opens a section, and d and Del are for what is under way."""
+        tasks = self.watch_setup.tasks
+        labels = {"edit": "open"} if self.section_list.is_active else {}
+        if not any(task.waits for task in tasks):
+            labels["confirm"] = ""
+        if not tasks:
+            labels["end_led"] = ""
+        return labels
 
     def show_chosen(self) -> None:
         """Show the lines of a section that was chosen, or the chosen line."""

@@ -26,6 +26,10 @@ from tui_gcs.widgets.basics.strips import Run
 from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.tasks.task_lists import PeopleList, TaskList, TaskPanel
 
+OF_TASKS = {"next_view": "people", "hand_over": "", "take_control": ""}
+OF_PEOPLE = {"next_view": "tasks", "end_task": "", "only_running": ""}
+"""Labels of the footer in each view."""
+
 
 class TasksScreen(PolledScreen):
     """What goes on, and who is there."""
@@ -52,6 +56,7 @@ class TasksScreen(PolledScreen):
         self.people_list = PeopleList(glyphs=glyphs)
         self.task_list.principal = self.people_list.principal = feed.requests.principal
         self.panel = TaskPanel(glyphs=glyphs)
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="show_tasks")
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the lists, the panel and the footer."""
@@ -59,7 +64,7 @@ class TasksScreen(PolledScreen):
         yield self.task_list
         yield self.people_list
         yield self.panel
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_tasks")
+        yield self.footer
 
     @on(events.ScreenResume)
     @on(StationBack)
@@ -84,8 +89,9 @@ class TasksScreen(PolledScreen):
         running = sum(not task.over for task in self.watch_tasks.tasks)
         silent = "   STATION SILENT" if self.feed.station_lost else ""
         shown = "under way" if self._only_running else "all remembered"
-        set_title(self.task_list, f"tasks  {running} under way   {shown}{silent}")
+        set_title(self.task_list, f"tasks  {running} under way   {shown}   those for planners: S a{silent}")
         set_title(self.people_list, f"people and programs  {len(self.people_list.rows)}{silent}")
+        self.footer.relabel(OF_PEOPLE if self.has_class("-people") else OF_TASKS)
         self.panel.show(self.row_list.chosen_row, self._report)
 
     def show_chosen(self) -> None:

@@ -17,7 +17,15 @@ from tui_gcs.widgets.basics.strips import Run
 
 MAX_IDS_CELLS = 14
 RELABELLED_WEIGHT = 10
-WEIGHTS_ELSEWHERE = {"show_fly": 8, "select": 8, "detach": 6, "palette": 5, "start_stop": 5, "orders": 5}
+WEIGHTS_ELSEWHERE = {
+    "show_fly": 8,
+    "select": 8,
+    "detach": 6,
+    "palette": 5,
+    "show_menu": 3,
+    "start_stop": 5,
+    "orders": 5,
+}
 """Weights on other screens than the fly screen: the way back comes first, what HOLD ALL and the help cover last."""
 
 FLEET_SCREEN = "show_vehicles"

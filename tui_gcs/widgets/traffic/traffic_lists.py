@@ -89,7 +89,8 @@ class TrafficPanel(LinesView):
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
         outcome: list[Line] = [[(part, ink)] for text, ink in self._outcome for part in wrapped(text, width)]
-        texts = contact_texts(self._row) if isinstance(self._row, Contact) else []
+        row = self._row
+        texts = contact_texts(row) if isinstance(row, Contact) else point_texts(row) if row is not None else []
         body: list[Line] = [[(part, ink)] for text, ink in texts for part in wrapped(text, width)]
         return [*body[: max(0, height - len(outcome))], *outcome]
 
@@ -110,6 +111,24 @@ def contact_texts(contact: Contact) -> list[Run]:
     if contact.approach_of:
         texts.append((f"closest, if all fly straight on: {approach_words(contact)}", Ink.TEXT))
     return texts + ([(seen.note, Ink.MUTED)] if seen.note else [])
+
+
+STATES = {
+    "open": "open: a planner that takes tasks sends a vehicle there",
+    "missed": "missed: no vehicle was there in time",
+    "cancelled": "cancelled by an operator",
+}
+
+
+def point_texts(point: PointOfInterest) -> list[Run]:
+    """Return what a task for planners is, and what has become of it."""
+    east_m, north_m = point.place_m
+    whose = f"for team {clean(point.team)}" if point.team else "for any team"
+    done = f"done by vehicle {point.vehicle}: it was seen from there"
+    return [
+        (STATES.get(point.state, done), Ink.BOLD if point.state == "open" else Ink.TEXT),
+        (f"{east_m:.0f} m east, {north_m:.0f} m north of the origin; priority {point.priority:g}; {whose}", Ink.TEXT),
+    ]
 
 
 def distance_words(metres: float) -> str:
