@@ -52,6 +52,7 @@ from tui_gcs.terminal.variant import TerminalApp
 from tui_gcs.widgets.basics.glyphs import glyph_set, wants_ascii
 from tui_gcs.widgets.basics.shown_keys import use_keys
 from tui_gcs.widgets.basics.top_lines import TopLines
+from tui_gcs.widgets.map.base_map_layer import BaseMapTiles
 
 if TYPE_CHECKING:
     from tui_gcs.screens.common.point_prompt import PointPrompt
@@ -89,6 +90,7 @@ class ConsoleApp(TerminalApp):
         # Without colour only Textual's ANSI mode leaves bold and reverse alone (docs/terminal.md B8).
         super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
         self.options = options = options or ConsoleOptions()
+        self._base_map = BaseMapTiles(options.base_map) if options.base_map is not None else None
         if options.theme:
             self.display_theme = options.theme
         self.kind = kind
@@ -152,6 +154,7 @@ class ConsoleApp(TerminalApp):
         self._fly = screen = FlyScreen(self.feed, glyphs=self.glyphs)
         screen.map_view.set_overlays(tuple(self.options.overlays))
         screen.map_view.content.elevation = self.options.elevation
+        screen.map_view.set_base_map(self._base_map)
         return screen
 
     # The other screens are imported when they are first shown: the first frame does not wait for them.
@@ -161,6 +164,7 @@ class ConsoleApp(TerminalApp):
 
         self._plan = PlanScreen(self.feed, self.clock, folder=self.options.folder, glyphs=self.glyphs)
         self._plan.map_view.content.elevation = self.options.elevation
+        self._plan.map_view.set_base_map(self._base_map)
         return self._plan
 
     def _missions_screen(self) -> Screen[None]:
@@ -168,6 +172,7 @@ class ConsoleApp(TerminalApp):
 
         screen = MissionsScreen(self.feed, self.clock, folder=self.options.folder, glyphs=self.glyphs)
         screen.set_elevation(self.options.elevation)
+        screen.map_view.set_base_map(self._base_map)
         return screen
 
     def _vehicles_screen(self) -> Screen[None]:

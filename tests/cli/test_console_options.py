@@ -1,12 +1,14 @@
 """What an operator says about the console: on the command line or in the environment, the same."""
 
 import argparse
+from pathlib import Path
 
 import pytest
 
 from tui_gcs.cli import console_options
 from tui_gcs.cli.console import operators_theme
 from tui_gcs.cli.exit_codes import CommandError
+from tui_gcs.cli.files.file_access import base_map_of
 from tui_gcs.cli.main import main
 from tui_gcs.terminal.themes import THEMES
 
@@ -46,4 +48,20 @@ def test_every_command_with_a_console_has_them(command: str, capsys: pytest.Capt
     with pytest.raises(SystemExit):
         main([*command.split(), "--help"])
     reported = capsys.readouterr().out
-    assert all(option in reported for option in ("--slow", "--theme", "--overlay", "--read-only", "--keymap"))
+    assert all(
+        option in reported for option in ("--slow", "--theme", "--overlay", "--read-only", "--keymap", "--base-map")
+    )
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [(None, "No such file or directory"), (b"a picture", "no base map: .pmtiles or .mbtiles with vector tiles")],
+)
+def test_a_file_that_is_no_base_map_is_named_in_one_line(tmp_path: Path, content: bytes | None, told: str) -> None:
+    path = tmp_path / "map.pmtiles"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(CommandError) as error:
+        base_map_of(str(path))
+    assert str(error.value) == f"--base-map {path}: {told}"
+    assert base_map_of(None) is None

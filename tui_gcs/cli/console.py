@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.cli import console_options
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.cli.files.file_access import elevation_of
+from tui_gcs.cli.files.file_access import base_map_of, elevation_of
 from tui_gcs.cli.installation import config
 from tui_gcs.client.launcher import START_LIMIT_S, start_error
 from tui_gcs.console.groups import GroupFile
@@ -25,6 +25,7 @@ from tui_gcs.terminal.terminal_options import prepare_textual, wants_slow
 if TYPE_CHECKING:
     from tui_gcs.actions.palette.own_commands import OwnCommands
     from tui_gcs.app import ConsoleApp
+    from tui_gcs.core.formats.base_map_files import BaseMap
 
 POLL_S = 0.2
 
@@ -39,12 +40,13 @@ def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
 
 @dataclass(frozen=True)
 class ConsolePreferences:
-    """The operator's settings for the console: keys, theme, drawings, terrain, read-only, own commands."""
+    """The operator's settings for the console: keys, theme, drawings, terrain, base map, read-only, own commands."""
 
     keymap: Mapping[str, str]
     theme: str
     overlays: tuple[Overlay, ...]
     elevation: Elevation | None
+    base_map: "BaseMap | None"
     read_only: bool
     own_commands: "OwnCommands | None"
 
@@ -54,8 +56,15 @@ def preferences(overlays: Sequence[str]) -> ConsolePreferences:
     prepare_textual(os.environ)  # before anything imports Textual
     read_only = os.environ.get("TUI_GCS_READ_ONLY", "") not in ("", "0")
     elevation = elevation_of(os.environ.get("TUI_GCS_TERRAIN") or None)
-    own = config.own_commands(os.environ)
-    return ConsolePreferences(operators_keymap(), operators_theme(), read_overlays(overlays), elevation, read_only, own)
+    return ConsolePreferences(
+        operators_keymap(),
+        operators_theme(),
+        read_overlays(overlays),
+        elevation,
+        base_map_of(os.environ.get("TUI_GCS_BASE_MAP") or None),
+        read_only,
+        config.own_commands(os.environ),
+    )
 
 
 def recordings() -> dict[str, Path]:
@@ -80,6 +89,7 @@ def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = 
             options=ConsoleOptions(
                 overlays=wanted.overlays,
                 elevation=wanted.elevation,
+                base_map=wanted.base_map,
                 read_only=wanted.read_only,
                 starts_station=starts_station,
                 keymap=wanted.keymap,

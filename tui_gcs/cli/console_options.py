@@ -26,6 +26,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     options.repeated(parser, "--overlay", "FILE", known)
     known = "heights of the ground: an SRTM tile (.hgt), a folder of them, or an .asc grid (also: TUI_GCS_TERRAIN)"
     parser.add_argument("--terrain", metavar="PATH", help=known)
+    known = "water, roads, buildings under the map: .pmtiles or .mbtiles of vector tiles (also: TUI_GCS_BASE_MAP)"
+    parser.add_argument("--base-map", metavar="FILE", help=known)
     known = "look only: this console commands nothing (also: TUI_GCS_READ_ONLY=1)"
     parser.add_argument("--read-only", action="store_true", help=known)
     known = "your own keys, TOML (default: tui-gcs/keymap.toml where configurations are; also: TUI_GCS_KEYMAP)"
@@ -39,6 +41,6 @@ def apply(arguments: argparse.Namespace, environ: MutableMapping[str, str]) -> N
     for name, variable in (("slow", "TUI_GCS_SLOW"), ("plain", "TUI_GCS_PLAIN"), ("read_only", "TUI_GCS_READ_ONLY")):
         if getattr(arguments, name, False):
             environ[variable] = "1"
-    for name in ("keymap", "theme", "terrain"):
+    for name in ("keymap", "theme", "terrain", "base_map"):
         if value := getattr(arguments, name, None):
             environ[f"TUI_GCS_{name.upper()}"] = value

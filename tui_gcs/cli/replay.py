@@ -82,6 +82,7 @@ def _show(file: str, speed: float, begin_s: float, options: ConsolePreferences) 
             replay=True,
             beside=LiveWatch(buses, f"replay-{os.getpid()}", clock),
             overlays=options.overlays,
+            base_map=options.base_map,
             keymap=options.keymap,
             theme=options.theme,
             own_commands=options.own_commands,

@@ -18,6 +18,7 @@ from tui_gcs.widgets.basics.glyphs import GlyphSet
 
 if TYPE_CHECKING:
     from tui_gcs.actions.palette.own_commands import OwnCommands  # imported when first needed
+    from tui_gcs.core.formats.base_map_files import BaseMap
 
 
 class ShowNotice(Protocol):
@@ -57,6 +58,8 @@ class ConsoleOptions:
     overlays: Sequence[Overlay] = ()
     elevation: Elevation | None = None
     """The heights of the ground, where the operator gave a terrain file."""
+    base_map: "BaseMap | None" = None
+    """The base map, where the operator gave a file."""
     theme: str = ""
     """Name of the theme to begin with, of `THEMES`; empty for the first."""
     own_commands: "OwnCommands | None" = None

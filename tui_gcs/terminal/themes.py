@@ -23,6 +23,9 @@ TARGET = "#e080ff"
 PLAN = "#5c6a78"
 TRAIL = "#7d8894"
 GRID = "#2c343c"
+WATER = "#2f5f9f"
+GROUND = "#5c5040"
+"""Lines of the base map: water, and all that is on land."""
 WHITE = "#ffffff"
 TEAMS = ("#4fd0c0", "#b8a0ff", "#a0d468", "#e8a0d8", "#8cc8ff", "#d8c8a0")
 """Vehicles of the first, second … team that need no attention. None is near a colour of alarms."""
@@ -72,6 +75,8 @@ NIGHT = Theme(
         PLAN: "#5f0000",
         TRAIL: "#870000",
         GRID: "#3a0000",
+        WATER: "#5f0000",
+        GROUND: "#3a0000",
     }
     | dict.fromkeys(TEAMS, "#d70000")
     | dict.fromkeys(TOURS, "#870000"),
@@ -96,6 +101,8 @@ DAY = Theme(
         PLAN: "#8a94a0",
         TRAIL: "#707a84",
         GRID: "#d0d4d8",
+        WATER: "#80a8d8",
+        GROUND: "#c0b8a8",
     }
     | dict(zip(TEAMS, ("#00695c", "#5030a0", "#3a6a10", "#90306f", "#105a90", "#6a5520"), strict=True))
     | dict(zip(TOURS, ("#60a89e", "#a090c8", "#90ac70", "#c090b0", "#80a8c8", "#b0a484"), strict=True)),
@@ -119,6 +126,8 @@ CONTRAST = Theme(
         PLAN: "#a0a8b0",
         TRAIL: "#c0c8d0",
         GRID: "#606060",
+        WATER: "#6090d0",
+        GROUND: "#808080",
     }
     | dict(zip(TOURS, TEAMS, strict=True)),
 )
@@ -141,6 +150,8 @@ SIXTEEN = {
     PLAN: 8,
     TRAIL: 7,
     GRID: 8,
+    WATER: 4,
+    GROUND: 8,
 } | dict(zip((*TEAMS, *TOURS), (6, 13, 2, 5, 14, 10) * 2, strict=True))
 """Numbers of the 16 colours. The nearest by value would give warnings and attack zones the same red."""
 SIXTEEN_OF = {
@@ -162,6 +173,8 @@ SIXTEEN_OF = {
         PLAN: 8,
         TRAIL: 8,
         GRID: 8,
+        WATER: 4,
+        GROUND: 8,
     }
     | dict(zip((*TEAMS, *TOURS), (6, 5, 2, 13, 4, 8) * 2, strict=True)),
     "high contrast": SIXTEEN | {TEXT: 15, PANEL_EDGE: 15},

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.cli.exit_codes import CommandError
 
 if TYPE_CHECKING:
+    from tui_gcs.core.formats.base_map_files import BaseMap
     from tui_gcs.core.formats.content import Content, Written
     from tui_gcs.core.formats.conversion import BaseScenario, ConversionOptions
     from tui_gcs.core.geometry.elevation import Elevation
@@ -73,6 +74,20 @@ def elevation_of(text: str | None) -> "Elevation | None":
         return read_elevation(Path(text))
     except FormatError as error:
         raise CommandError(f"--terrain {clean(text, MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
+
+
+def base_map_of(text: str | None) -> "BaseMap | None":
+    """Open the base map that the operator named, if he named one. Raises `CommandError`."""
+    if text is None:
+        return None
+    from tui_gcs.core.base.text import clean
+    from tui_gcs.core.formats.base_map_files import read_base_map
+    from tui_gcs.core.formats.content import FormatError
+
+    try:
+        return read_base_map(Path(text))
+    except FormatError as error:
+        raise CommandError(f"--base-map {clean(text, MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
 
 
 def options_for(arguments: argparse.Namespace, title: str) -> "ConversionOptions":

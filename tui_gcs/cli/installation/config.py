@@ -58,6 +58,7 @@ SETTINGS: Mapping[str, Setting] = {
     "theme": Setting(str, "colours to begin with, as `--theme`", "TUI_GCS_THEME", THEMES),
     "keymap": Setting(str, "file with your own keys, as `--keymap`", "TUI_GCS_KEYMAP"),
     "terrain": Setting(str, "heights of the ground, as `--terrain`", "TUI_GCS_TERRAIN"),
+    "base_map": Setting(str, "vector tiles under the map, as `--base-map`", "TUI_GCS_BASE_MAP"),
     "slow": Setting(bool, "for thin links, as `--slow`", "TUI_GCS_SLOW"),
     "plain": Setting(bool, "stock Textual, as `--plain`", "TUI_GCS_PLAIN"),
     "read_only": Setting(bool, "consoles command nothing, as `--read-only`", "TUI_GCS_READ_ONLY"),
@@ -174,7 +175,7 @@ def _is_open(arguments: argparse.Namespace, option: str, general: bool) -> bool:
 def _absolute(key: str, value: Any, environ: Mapping[str, str]) -> Any:
     """Return paths as seen from the file's folder: a command may be typed anywhere."""
     path = path_of(environ)
-    if path is None or key not in ("dialect", "planner", "overlay", "keymap", "terrain"):
+    if path is None or key not in ("dialect", "planner", "overlay", "keymap", "terrain", "base_map"):
         return value
     names = [value] if isinstance(value, str) else value
     found = [str(path.absolute().parent / Path(name).expanduser()) for name in names]

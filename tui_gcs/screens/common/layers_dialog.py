@@ -10,7 +10,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_view import MapView
 
-NUMBERS = "1234567890"
+NUMBERS = "1234567890b"
 """The keys of the layers, in their order."""
 
 

@@ -15,50 +15,59 @@ class Ink(IntEnum):
     """What a cell of the map or a word of a line stands for; its colour follows. Higher wins a shared cell."""
 
     BLANK = 0
-    GRID = 1
-    AREA = 2
-    OVERLAY = 3
-    PLAN = 4
-    TOUR_1 = 5
-    TOUR_2 = 6
-    TOUR_3 = 7
-    TOUR_4 = 8
-    TOUR_5 = 9
-    TOUR_6 = 10
+    CONTOUR = 1
+    BUILDING = 2
+    ROAD = 3
+    WATER = 4
+    """Lines of the base map, under everything else."""
+    GRID = 5
+    AREA = 6
+    OVERLAY = 7
+    PLAN = 8
+    TOUR_1 = 9
+    TOUR_2 = 10
+    TOUR_3 = 11
+    TOUR_4 = 12
+    TOUR_5 = 13
+    TOUR_6 = 14
     """Tours of the teams, in the order of their names."""
-    TRAIL = 11
-    NO_FLY = 12
-    DEFEND = 13
-    ATTACK = 14
-    EDITED = 15
-    PLACE = 16
-    TEXT = 17
-    TEAM_1 = 18
-    TEAM_2 = 19
-    TEAM_3 = 20
-    TEAM_4 = 21
-    TEAM_5 = 22
-    TEAM_6 = 23
+    TRAIL = 15
+    NO_FLY = 16
+    DEFEND = 17
+    ATTACK = 18
+    EDITED = 19
+    PLACE = 20
+    TEXT = 21
+    TEAM_1 = 22
+    TEAM_2 = 23
+    TEAM_3 = 24
+    TEAM_4 = 25
+    TEAM_5 = 26
+    TEAM_6 = 27
     """Vehicles of the teams that need no attention."""
-    MUTED = 24
-    NORMAL = 25
-    ADVISORY = 26
-    CAUTION = 27
-    WARNING = 28
-    ALARM = 29
+    MUTED = 28
+    NORMAL = 29
+    ADVISORY = 30
+    CAUTION = 31
+    WARNING = 32
+    ALARM = 33
     """A new warning on the alarm line, in reverse."""
-    SELECTED = 30
-    SELECTED_CAUTION = 31
-    SELECTED_WARNING = 32
-    BOLD = 33
-    LIVE = 34
-    REPLAY = 35
-    TARGET = 36
+    SELECTED = 34
+    SELECTED_CAUTION = 35
+    SELECTED_WARNING = 36
+    BOLD = 37
+    LIVE = 38
+    REPLAY = 39
+    TARGET = 40
     """A target that sensors have found."""
 
 
 STYLES: dict[int, Style] = {
     Ink.BLANK: Style(),
+    Ink.CONTOUR: Style(color=colours.GROUND),
+    Ink.BUILDING: Style(color=colours.GROUND),
+    Ink.ROAD: Style(color=colours.GROUND),
+    Ink.WATER: Style(color=colours.WATER),
     Ink.GRID: Style(color=colours.GRID),
     Ink.AREA: Style(color=colours.MUTED),
     Ink.OVERLAY: Style(color=colours.ADVISORY),

@@ -16,6 +16,7 @@ class Layer(StrEnum):
     GOALS = "places flown to"
     ON_BOARD = "plans on board"
     TEAMS = "team names"
+    BASE_MAP = "base map"
 
 
 HIDDEN_AT_FIRST = frozenset({Layer.GRID, Layer.TEAMS})

@@ -15,6 +15,7 @@ from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import TOUR_INKS, Ink
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
 from tui_gcs.widgets.map import map_scene
+from tui_gcs.widgets.map.base_map_layer import BaseMapTiles, draw_base_map
 from tui_gcs.widgets.map.map_drawings import MapLine, MapWord, draw_lines, words_at
 from tui_gcs.widgets.map.map_goals import draw_goals, goal_words
 from tui_gcs.widgets.map.map_grid import draw_grid, scale_word
@@ -30,6 +31,10 @@ from tui_gcs.widgets.map.traffic_layer import draw_overlays, overlay_words, traf
 from tui_gcs.widgets.map.uncertainty_disc import draw_uncertainty
 
 ASCII_LETTERS = {
+    Ink.CONTOUR: "_",
+    Ink.BUILDING: "+",
+    Ink.ROAD: "-",
+    Ink.WATER: "w",
     Ink.GRID: "'",
     Ink.AREA: ".",
     Ink.OVERLAY: "~",
@@ -62,6 +67,8 @@ class MapContent:
     pointer: Pointer | None = None
     elevation: Elevation | None = None
     """The heights of the ground, for the figures at the cursor; None where no terrain file was given."""
+    base_map: BaseMapTiles | None = None
+    """What is drawn under everything else; None where no base map was given."""
     hidden: frozenset[Layer] = HIDDEN_AT_FIRST
     overlays: tuple[Overlay, ...] = ()
     traffic: tuple[TrafficRow, ...] = ()
@@ -83,6 +90,8 @@ class MapPainter:
         self.trails = Trails()
         self._labels = VehicleLabels()
         self._background: DotRaster | None = None
+        self._base: DotRaster | None = None
+        """The base map in the present view."""
 
     def forget_background(self) -> None:
         """Paint everything anew next time: the view or something that does not move has changed."""
@@ -93,6 +102,7 @@ class MapPainter:
         hidden = content.hidden
         if self._background is None:
             self._background = _background(content, view)
+            self._base = _base_map(content, view)
         # Drawing all zones anew takes ten times as long as the rest of a frame (docs/terminal.md C4).
         raster = self._background.copy()
         if Layer.TRAILS not in hidden:
@@ -104,6 +114,8 @@ class MapPainter:
         draw_uncertainty(raster, view, content.rows, content.silent_s)
         if content.pointer is not None:
             draw_pointer(raster, view, content.pointer)
+        if self._base is not None:
+            raster.under(self._base)
         cells = Cells(raster.codes(content.glyphs.dots, _LETTERS), raster.inks)
         if content.pointer is not None:
             for word in pointer_words(view, content.pointer, content.origin, content.glyphs, content.elevation):
@@ -131,6 +143,12 @@ class MapPainter:
         for word in _optional_words(content, view):
             cells.place(word)
         return cells
+
+
+def _base_map(content: MapContent, view: Viewport) -> DotRaster | None:
+    if content.base_map is None or content.origin is None or Layer.BASE_MAP in content.hidden:
+        return None
+    return draw_base_map(content.base_map, view, LocalFrame(content.origin))
 
 
 def _background(content: MapContent, view: Viewport) -> DotRaster:

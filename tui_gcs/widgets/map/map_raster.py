@@ -47,6 +47,12 @@ class DotRaster:
         other.inks[:] = self.inks
         return other
 
+    def under(self, other: "DotRaster") -> None:
+        """Put the dots of `other`, of the same size, into the cells in which nothing is drawn here."""
+        free = self.inks == 0
+        self.inks[free] = other.inks[free]
+        self.dots |= other.dots & np.repeat(np.repeat(free, DOTS_Y, axis=0), DOTS_X, axis=1)
+
     def plot(self, points: Points, ink: int) -> None:
         """Draw single dots at (n, 2) dot coordinates; what is outside or not finite is left out."""
         points = points[np.isfinite(points).all(axis=1)]
@@ -71,7 +77,20 @@ class DotRaster:
             points = np.vstack([points, points[:1]])
         if len(points) < 2 or not np.isfinite(points).all():
             return
-        start, step = points[:-1], np.diff(points, axis=0)
+        self._segments(points[:-1], np.diff(points, axis=0), ink, dash)
+
+    def segments(self, begins: Points, ends: Points, ink: int, *, dash: tuple[float, float] = SOLID) -> None:
+        """Draw straight pieces, each from one of (n, 2) dot coordinates to another; dashes go on from one to the next.
+
+        Pieces that are not finite or not in view are left out.
+        """
+        low, high = np.minimum(begins, ends), np.maximum(begins, ends)
+        size = (self.columns * DOTS_X, self.rows * DOTS_Y)
+        shown = np.isfinite(begins + ends).all(axis=1) & (high >= 0.0).all(axis=1) & (low < size).all(axis=1)
+        if shown.any():
+            self._segments(begins[shown], ends[shown] - begins[shown], ink, dash)
+
+    def _segments(self, start: Points, step: Points, ink: int, dash: tuple[float, float]) -> None:
         length = np.hypot(step[:, 0], step[:, 1])
         travelled = np.concatenate([[0.0], np.cumsum(length)[:-1]])
         # A line that reaches far out of the view would have millions of samples.

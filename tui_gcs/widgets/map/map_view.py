@@ -24,6 +24,7 @@ from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet, next_dots
 from tui_gcs.widgets.basics.strips import cells_to_strip
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
 from tui_gcs.widgets.map import map_scene
+from tui_gcs.widgets.map.base_map_layer import BaseMapTiles
 from tui_gcs.widgets.map.map_drawings import MapLine, MapWord
 from tui_gcs.widgets.map.map_labels import Cells
 from tui_gcs.widgets.map.map_layers import Layer
@@ -112,6 +113,18 @@ class MapView(Widget):
         """Show drawings from files, under everything else."""
         self.content.overlays = tuple(overlays)
         self._redraw(background=True)
+
+    def set_base_map(self, tiles: BaseMapTiles | None) -> None:
+        """Show this base map under everything else, as its tiles are read."""
+        self.content.base_map = tiles
+        if tiles is not None:
+            tiles.listen(self._on_tile)
+        self._redraw(background=True)
+
+    def _on_tile(self) -> None:
+        """A tile was read, on a thread of its own."""
+        if self.is_attached and self.content.base_map is not None:
+            self.call_later(self._redraw, background=True)
 
     def set_traffic(self, traffic: Sequence[TrafficRow]) -> None:
         """Show other aircraft, as transponders report them."""
