@@ -22,7 +22,7 @@ from tui_gcs.widgets.map.map_view import MapView
 from tui_gcs.widgets.map.map_viewport import Viewport
 
 FRAME = LocalFrame(Origin(LAT_DEG, LON_DEG, 0.0))
-CLOSE, FAR = Viewport((300.0, 200.0), 4.0, 100, 34), Viewport((300.0, 200.0), 30.0, 100, 34)
+CLOSE, FAR = Viewport((300.0, 200.0), 1.5, 270, 92), Viewport((300.0, 200.0), 30.0, 100, 34)
 
 
 def all_read(tiles: BaseMapTiles) -> None:

@@ -25,18 +25,18 @@ MAX_IN_VIEW = 40
 """With more tiles in view the file has none for so far a look; nothing of it is drawn."""
 MAX_KEPT = 96
 FINEST_M_PER_DOT = {
-    GroundKind.BUILDING: 4.0,
+    GroundKind.BUILDING: 1.5,
     GroundKind.CONTOUR: 15.0,
-    GroundKind.ROAD: 15.0,
+    GroundKind.ROAD: 6.0,
     GroundKind.MAIN_ROAD: math.inf,
     GroundKind.WATER: math.inf,
 }
 """Up to which scale a kind is drawn: farther out its lines would fill the map. In the order of drawing."""
 LOOKS: dict[GroundKind, tuple[Ink, tuple[float, float]]] = {
-    GroundKind.BUILDING: (Ink.BUILDING, (1.0, 1.0)),
+    GroundKind.BUILDING: (Ink.BUILDING, (1.0, 2.0)),
     GroundKind.CONTOUR: (Ink.CONTOUR, (1.0, 4.0)),
-    GroundKind.ROAD: (Ink.ROAD, (1.0, 2.0)),
-    GroundKind.MAIN_ROAD: (Ink.ROAD, (2.0, 2.0)),
+    GroundKind.ROAD: (Ink.ROAD, (1.0, 1.0)),
+    GroundKind.MAIN_ROAD: (Ink.ROAD, (3.0, 1.0)),
     GroundKind.WATER: (Ink.WATER, (1.0, 1.0)),
 }
 """Ink, and dots on and off."""
