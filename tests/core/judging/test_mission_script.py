@@ -7,7 +7,8 @@ import pytest
 
 from tests.core.flight.test_start_safety import standing_on
 from tests.core.rigs.rig import TICK_S, Rig, scenario
-from tui_gcs.core.judging.mission_script import Script, Step, refusal_words
+from tui_gcs.core.geometry.zones import Rectangle
+from tui_gcs.core.judging.mission_script import MANOEUVRES_LIMIT_S, Script, Step, refusal_words, return_limit_s
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import Phase, RunPhase
@@ -256,3 +257,11 @@ def test_a_vehicle_that_stays_lost_is_named_at_the_end(rig: MakeRig) -> None:
     script.abort("interrupted")
     fly(flight, script, 320.0)
     assert script.armed == (2,), "which the caller can name"
+
+
+def test_the_way_home_across_a_large_area_takes_no_time_from_landing(rig: MakeRig) -> None:
+    small = rig(1).scenario
+    area = msgspec.structs.replace(small.rounds[0].area, shape=Rectangle((0.0, 0.0), 3000.0, 4000.0))
+    large = msgspec.structs.replace(small, rounds=(msgspec.structs.replace(small.rounds[0], area=area),))
+    assert small.limits.speed_m_s == 8.0
+    assert return_limit_s(large) == MANOEUVRES_LIMIT_S + 5000.0 / 8.0

@@ -7,7 +7,17 @@ import pytest
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
 from tui_gcs.core.geometry.zones import Circle
-from tui_gcs.planner.patrol.tour import AVERAGING_S, MAX_TURN_JERK_M_S3, Tour, evaluate, resampled, timed
+from tui_gcs.core.motion.course import Trajectory
+from tui_gcs.planner.patrol.tour import (
+    AVERAGING_S,
+    MAX_TURN_JERK_M_S3,
+    SENT_STEP_S,
+    SPARSE_SENT_STEP_S,
+    Tour,
+    evaluate,
+    resampled,
+    timed,
+)
 
 
 def circle(radius_m: float, points: int = 200) -> np.ndarray:
@@ -38,6 +48,21 @@ def test_corners_keep_speed_and_acceleration(width_m: float) -> None:
     tour = timed(resampled(box, 0.25), 8.0, 2.0)
     assert np.hypot(*tour.velocity_m_s.T).max() <= 8.0 + 1e-6
     assert acceleration(tour) <= 2.5
+
+
+@pytest.mark.parametrize("sent_step_s", [SENT_STEP_S, SPARSE_SENT_STEP_S])
+def test_accelerations_that_are_sent_are_those_of_the_station(sent_step_s: float) -> None:
+    """A trajectory that begins now is sent with the acceleration of its second sample, then with nearer ones."""
+    box = np.array([(0.0, 0.0), (60.0, 0.0), (60.0, 40.0), (0.0, 40.0)])
+    tour = timed(resampled(box, 0.25), 8.0, 2.0)
+    for k in range(0, len(tour.xy_m), 7):
+        xy_m, velocity_m_s = tour.at(k * tour.dt_s + sent_step_s * np.arange(-1, 5))
+        states = [np.pad(rows, ((0, 0), (0, 1))) for rows in (xy_m, velocity_m_s)]
+        begun_before = Trajectory(-sent_step_s, sent_step_s, *states)
+        begins_now = Trajectory(0.0, sent_step_s, *(rows[1:] for rows in states))
+        own, soon = tour.sent_accels_m_s2(sent_step_s)[:, k]
+        assert begun_before.acceleration(0.0)[:2] == pytest.approx(own.tolist())
+        assert begins_now.acceleration(0.0)[:2] == pytest.approx(soon.tolist())
 
 
 def change_per_s(samples: np.ndarray, dt_s: float) -> np.ndarray:

@@ -6,6 +6,7 @@ It talks to the station over the bus as a console does, so it flies a rehearsal 
 import math
 from enum import StrEnum
 
+from tui_gcs.core.geometry.zones import bounds
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
@@ -37,9 +38,20 @@ NOBODY_S = 20.0
 """For this long no vehicle may be flying: a restarted station steers no vehicle before it is asked to."""
 RETURN_AGAIN_S = 5.0
 """Vehicles that do not come down are asked to return again after this long."""
-RETURN_LIMIT_S = 300.0
-"""Not landed after this long, the flight has failed; vehicles that are heard are waited for all the same."""
+MANOEUVRES_LIMIT_S = 300.0
+"""Longest time for the end of a flight beside the way home: holding, climbing, waiting for others, coming down."""
 COMING_DOWN = (Phase.RETURNING, Phase.LANDING)
+
+
+def return_limit_s(scenario: Scenario) -> float:
+    """Return how long vehicles may take from the order to return until all have landed.
+
+    After that the flight has failed; vehicles that are heard are waited for all the same.
+    """
+    # Fifteen vehicles over a zone of 1.9 km were on their way home for 210 s at 9 m/s, before they came down.
+    corners = [bounds(round_.area.shape) for round_ in scenario.rounds]
+    across_m = max(math.hypot(east - west, north - south) for west, south, east, north in corners)
+    return MANOEUVRES_LIMIT_S + across_m / scenario.limits.speed_m_s
 
 
 class Step(StrEnum):
@@ -324,8 +336,9 @@ class Script:
         if not heard and not silent and (self.referee.lost or status.run is RunPhase.IDLE):
             self._end("")
             return
-        if now - self._since_s > RETURN_LIMIT_S:
-            self.problem = self.problem or f"not all landed after {RETURN_LIMIT_S:.0f} s"
+        limit_s = return_limit_s(self._scenario)
+        if now - self._since_s > limit_s:
+            self.problem = self.problem or f"not all landed after {limit_s:.0f} s"
             if not heard:
                 self._end("")
                 return

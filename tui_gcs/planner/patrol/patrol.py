@@ -32,7 +32,7 @@ from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.formation import MAX_SMALL_TEAM, Formation, TourGuidance, VehicleSlot
 from tui_gcs.planner.patrol.patrol_state import PatrolState
 from tui_gcs.planner.patrol.speed_adaptation import from_inherited
-from tui_gcs.planner.patrol.tour import Tour, drawing
+from tui_gcs.planner.patrol.tour import SENT_STEP_S, SPARSE_SENT_STEP_S, Tour, drawing
 from tui_gcs.planner.patrol.tour_search import TourSearch, begin_search
 from tui_gcs.planner.patrol.tour_site import TourDesign, site_of
 from tui_gcs.planner.patrol.tour_smoothing import TourLimits
@@ -42,9 +42,6 @@ Floats = NDArray[np.floating[Any]]
 
 HORIZON_S = 3.0
 """Length of the trajectories that are sent."""
-SAMPLE_S, SPARSE_SAMPLE_S = 0.25, 0.5
-"""Sample spacing for small and for large teams; straight lines between samples are up to a dt² / 8 = 0.02 and 0.08 m
-off."""
 # Simulated ArduCopters were up to 0.9 m beside a tour with 0.92, in a wind of 3 m/s, and 0.8 m with 0.88; real ones
 # flew 0.95 and 0.84 equally well.
 ACCEL_SHARE = 0.88
@@ -98,7 +95,8 @@ class Patrol(Planner):
         accel = limits.accel_m_s2 * ACCEL_SHARE
         planned_radius_m = max(radius_m - task.off_course_m - float(params["margin_m"]), radius_m * 0.5)
         self._planned_off_m = radius_m - planned_radius_m
-        motion = TourLimits(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
+        sent_step_s = SENT_STEP_S if len(task.members) <= MAX_SMALL_TEAM else SPARSE_SENT_STEP_S
+        motion = TourLimits(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m, sent_step_s)
         self._direction, self._units = str(params["direction"]), int(params["search"])
         self._wanted = max(1, len(task.members) - int(params["reserve"]))
         self._region = FlyableRegion(task.area, task.no_fly, limits, task.zone)
@@ -172,7 +170,7 @@ class Patrol(Planner):
         if not is_turned(tour, self._direction):
             return tour
         back = Tour(tour.dt_s, tour.xy_m[::-1].copy(), -tour.velocity_m_s[::-1])
-        states = back.xy_m, back.velocity_m_s, back.sent_accels_m_s2
+        states = back.xy_m, back.velocity_m_s, back.sent_accels_m_s2(self._site.motion.sent_step_s)
         if self._region.are_sendable(*states, self._accel_m_s2).all():
             return back
         return self._site.timed(replace(design.draft, controls=design.draft.controls[::-1].copy()))
@@ -305,7 +303,7 @@ class Patrol(Planner):
         formation = self._state.formation
         if not rows:
             return {}
-        sample_s = SAMPLE_S if formation.slots <= MAX_SMALL_TEAM else SPARSE_SAMPLE_S
+        sample_s = self._site.motion.sent_step_s
         times = t_s + sample_s * np.arange(round(HORIZON_S / sample_s) + 1)
         berths = [formation.berths[int(fleet.id[i])] for i in rows]
         xy, velocity = self._guidance.references(berths, times)

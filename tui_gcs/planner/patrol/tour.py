@@ -30,8 +30,9 @@ ArduCopter's limit (PSC_JERK_XY), and moves no point by more than a AVERAGING_S�
 # half of it and without. With half of it tours take 1.5 % longer.
 MAX_TURN_JERK_M_S3 = 2.0
 """Limit of v³ / R² round a bend, where acceleration turns with the vehicle: radii under 3 m are flown slower for it."""
-SENT_STEP_S = 0.25
-"""Sample spacing of the trajectories in which tours of small teams are sent."""
+SENT_STEP_S, SPARSE_SENT_STEP_S = 0.25, 0.5
+"""Sample spacing of the trajectories in which tours are sent to small and to large teams; straight lines between
+samples are up to a dt² / 8 = 0.02 and 0.08 m off."""
 EVALUATION_STEP_S, EXACT_STEP_S = 0.25, 0.05
 """Time steps of a first and of an exact evaluation."""
 SPACING_STEPS, LARGE_STEP_S = 400, 0.5
@@ -75,16 +76,16 @@ class Tour:
         velocity = self.velocity_m_s
         return np.asarray((np.roll(velocity, -1, axis=0) - np.roll(velocity, 1, axis=0)) / (2.0 * self.dt_s))
 
-    @cached_property
-    def sent_accels_m_s2(self) -> Floats:
-        """(2, k, 2) accelerations with which each sample may be sent: its own, and that of `SENT_STEP_S` later.
+    def sent_accels_m_s2(self, sent_step_s: float) -> Floats:
+        """Return (2, k, 2) accelerations with which each sample may be sent: its own, and that of `sent_step_s` later.
 
         The station shifts set-points along the acceleration of the trajectory's nearest sample that has one on either
-        side (`Trajectory.acceleration`). A trajectory that begins now has none there before its second sample.
+        side (`Trajectory.acceleration`). A trajectory that begins now has none there before its second sample, which is
+        `sent_step_s` later.
         """
-        at_s = self.dt_s * np.arange(len(self.xy_m)) + np.array([[0.0], [SENT_STEP_S]])
-        change = self.at(at_s + SENT_STEP_S)[1] - self.at(at_s - SENT_STEP_S)[1]
-        return np.asarray(change / (2.0 * SENT_STEP_S))
+        at_s = self.dt_s * np.arange(len(self.xy_m)) + np.array([[0.0], [sent_step_s]])
+        change = self.at(at_s + sent_step_s)[1] - self.at(at_s - sent_step_s)[1]
+        return np.asarray(change / (2.0 * sent_step_s))
 
     @cached_property
     def top_way_m_s(self) -> float:

@@ -18,7 +18,7 @@ from tui_gcs.planner.lazy_scipy import nearest as nearest_of
 from tui_gcs.planner.lazy_scipy import sparse
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.lbfgs_descent import LbfgsDescent
-from tui_gcs.planner.patrol.tour import Tour, resampled, timed
+from tui_gcs.planner.patrol.tour import SENT_STEP_S, Tour, resampled, timed
 
 Floats = NDArray[np.floating[Any]]
 
@@ -57,6 +57,8 @@ class TourLimits:
     accel_m_s2: float
     radius_m: float
     """Footprint radius to plan with."""
+    sent_step_s: float = SENT_STEP_S
+    """Sample spacing of the trajectories that are sent."""
 
 
 @dataclass(frozen=True)
