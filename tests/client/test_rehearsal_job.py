@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 
 import tui_gcs
-from tui_gcs.client.rehearsal_job import LOWEST_PRIORITY, RehearsalJob, RehearsalJobError, parsed_options
+from tui_gcs.client.rehearsal_job import (
+    FOLDER,
+    LOWEST_PRIORITY,
+    RehearsalJob,
+    RehearsalJobError,
+    _JobFile,
+    parsed_options,
+)
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.records.rehearsal_store import FILE, read_rehearsals
 
@@ -27,10 +34,9 @@ def test_other_words_are_refused_in_one_line(text: str) -> None:
     assert "\n" not in str(refused.value) and "\x1b" not in str(refused.value)
 
 
-def test_a_busy_computer_is_left_alone(tmp_path: Path) -> None:
-    with pytest.raises(RehearsalJobError, match=r"too busy: 2\.5 processes wait for each processor"):
-        RehearsalJob(tmp_path, lambda: 2.5).start("s", "", [], [])
-    assert RehearsalJob(tmp_path).look() is None
+def test_a_busy_computer_is_named() -> None:
+    assert "too busy: 2.5 processes wait for each processor" in RehearsalJob(Path(), lambda: 2.5).too_busy()
+    assert RehearsalJob(Path(), lambda: 2.0).too_busy() == ""
 
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
@@ -76,3 +82,41 @@ def test_it_runs_alone_at_the_lowest_priority_and_another_console_cancels_it(sta
     wait_for_end(job, 5.0)
     found = job.look()
     assert found is not None and found.cancelled and read_rehearsals(state / FILE) == []
+    assert list(state.glob("rehearsal-*")) == [], "what it had recorded is removed"
+
+
+def test_of_a_cancelled_one_only_its_own_recording_is_removed(tmp_path: Path) -> None:
+    state = tmp_path / "sim"
+    own, other, outside = (path / "rehearsal-20261127-184130" for path in (state, state / "x", tmp_path))
+    kept = state / "rehearsal-20261127-184131"
+    for made in (own, other, outside, kept, state / FOLDER):
+        made.mkdir(parents=True)
+    job = RehearsalJob(state)
+    job._write(_JobFile(1, 0.0, "s", cancelled=True))
+    # Whatever stands there: only a folder with the name of a rehearsal, directly below the state directory.
+    printed = [f"recording: {own}", f"recording: {tmp_path}/..", "recording: keys", f"report: {kept}/report.html"]
+    (state / FOLDER / "output.txt").write_text("\n".join(printed))
+    found = job.look()
+    assert found is not None and found.cancelled and not found.running
+    assert not own.exists() and other.exists() and outside.exists() and kept.exists()
+
+
+def test_a_killed_process_has_no_reason_and_a_fault_of_the_program_has_its_last_line(tmp_path: Path) -> None:
+    job = RehearsalJob(tmp_path)
+    (tmp_path / FOLDER).mkdir()
+    job._write(_JobFile(1, 0.0, "s"))
+    progress = tmp_path / FOLDER / "progress.txt"
+    bar = "[####......]  40% round 1  T+24 s  armed 2\n"
+    for printed, reason in [
+        (bar, ""),
+        (bar + 'Traceback (most recent call last):\n  File "x"\nMemoryError\n', "MemoryError"),
+        (bar + "tui-gcs: disk is full\n" + "Exception ignored in: <x>\n", "disk is full"),
+    ]:
+        progress.write_text(printed)
+        found = job.look()
+        assert found is not None and (found.text, found.done) == (reason, 0.4)
+    progress.write_text("tui-gcs: x.html: cannot be written (No space left on device); the result is as printed above")
+    (tmp_path / FOLDER / "output.txt").write_text("recording: x\n\n15 of 16 checks hold\n411 s simulated in 74 s\n")
+    found = job.look()
+    assert found is not None and found.result == "15 of 16 checks hold"
+    assert found.text == "x.html: cannot be written (No space left on device)"

@@ -21,7 +21,7 @@ from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import FLEET, Bus
 from tui_gcs.core.protocol.common import decode
 from tui_gcs.core.records.rehearsal_files import REPORT_NAME, RESULT_NAME, SCENARIO_NAME
-from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, plan_digest, remember
+from tui_gcs.core.records.rehearsal_store import FILE, RECORDING, RehearsalRecord, plan_digest, remember
 from tui_gcs.planner.runtime.planner_subprocess import FrameTime
 from tui_gcs.rehearsal.fault_schedule import FaultScheduleError, ScheduledFault, drains, losses, restart
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord
@@ -55,6 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
         scenario, begin_s = flight.scenario, time.monotonic()
         if arguments.report == IN_THE_FOLDER:
             arguments.report = str(flight.folder / REPORT_NAME)
+        # At once: a console that cancels this flight removes what was recorded of it.
+        sys.stdout.write(f"{RECORDING}{flight.folder}\n")
+        sys.stdout.flush()
         flight.tell_limits()
         plan = plan_digest(scenario, flight.planners)
         result, problem = flight.fly(planned, watch)
@@ -139,7 +142,13 @@ def _remember(
     try:
         remember(state_dir(RunKind.SIM) / FILE, rehearsal)
     except (ConfigError, OSError) as error:
-        sys.stderr.write(f"tui-gcs: this rehearsal is not on record, a LIVE start will not know of it: {error}\n")
+        sys.stderr.write(
+            f"tui-gcs: this rehearsal is not on record, a LIVE start will not know of it: {_words(error)}\n"
+        )
+
+
+def _words(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else "") or str(error)
 
 
 class SimulatedTime:

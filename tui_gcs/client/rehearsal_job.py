@@ -9,6 +9,7 @@ import contextlib
 import os
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,6 +23,7 @@ import msgspec
 from tui_gcs.core.base.descendants import kill_descendants
 from tui_gcs.core.base.directories import try_lock
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.records.rehearsal_store import FOLDER_NAME, RECORDING
 
 FOLDER = "background-rehearsal"
 LOWEST_PRIORITY = 19
@@ -33,6 +35,10 @@ OPTIONS = {
     "--autopilot", "--drain", "--fault", "--gps-noise", "--intruders", "--lose", "--restart", "--sensor", "--wind",
 }  # fmt: skip
 """Options of `tui-gcs rehearse` that a console may give; each takes one value, and none changes the plan."""
+PRINTED_ABOVE = "; the result is as printed above"
+PROGRAM = "tui-gcs: "
+"""Begins every error that a command prints."""
+_RESULT = re.compile(r"\d+ of \d+ checks hold")
 _BAR = re.compile(r"\[[#.]+\] +(\d+)% ?(.*)")
 
 
@@ -63,6 +69,9 @@ class RehearsalJobState:
     text: str
     """While it runs what it prints beside the progress, then why it could not be flown; "" where it was."""
     cancelled: bool
+    """An operator has cancelled it; its process may still run for a moment."""
+    result: str = ""
+    """What was printed as the result of its gates; "" until it has landed."""
 
 
 def parsed_options(text: str) -> list[str]:
@@ -110,17 +119,21 @@ class RehearsalJob:
         except OSError:
             return False
 
+    def too_busy(self) -> str:
+        """Return why this computer has no time for a rehearsal beside a flight; "" where it has."""
+        if (load := self._load()) <= MAX_LOAD_PER_CPU:
+            return ""
+        return (
+            f"the computer is too busy: {load:.1f} processes wait for each processor"
+            f" (at most {MAX_LOAD_PER_CPU:.0f}); end some, or rehearse on another computer"
+        )
+
     def start(self, name: str, toml: str, planners: Sequence[str], options: Sequence[str]) -> None:
         """Begin to rehearse this text of a scenario with planners in these files.
 
         Raises:
-            RehearsalJobError: one runs already, the computer is too busy, or a file cannot be written.
+            RehearsalJobError: one runs already, or a file cannot be written.
         """
-        if (load := self._load()) > MAX_LOAD_PER_CPU:
-            raise RehearsalJobError(
-                f"the computer is too busy: {load:.1f} processes wait for each processor"
-                f" (at most {MAX_LOAD_PER_CPU:.0f}); end some, or rehearse on another computer"
-            )
         try:
             self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             with (self._folder / "lock").open("w") as lock:
@@ -130,7 +143,11 @@ class RehearsalJob:
                 file = self._folder / "scenario.toml"
                 file.write_text(toml, encoding="utf-8")
                 pid = self._begin(lock.fileno(), [str(file), *(f"--planner={one}" for one in planners), *options])
-                self._write(_JobFile(pid, time.time(), name, shlex.join(options)))
+                try:
+                    self._write(_JobFile(pid, time.time(), name, shlex.join(options)))
+                except OSError:
+                    _kill(pid)  # no console would know of it
+                    raise
         except OSError as error:
             raise RehearsalJobError(f"{self._folder}: {error.strerror or error}") from None
 
@@ -162,11 +179,13 @@ class RehearsalJob:
         job = self._read()
         if job is None or not self.is_running:
             return "no rehearsal is under way"
-        self._write(msgspec.structs.replace(job, cancelled=True))
-        kill_descendants(job.pid)
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(job.pid, signal.SIGKILL)
-        return "the rehearsal is cancelled; it is not on record"
+        remark = ""
+        try:
+            self._write(msgspec.structs.replace(job, cancelled=True))
+        except OSError as error:  # a full disk is no reason to let it run
+            remark = f" ({self._folder}: {error.strerror or error})"
+        _kill(job.pid)
+        return f"the rehearsal is cancelled; it is not on record{remark}"
 
     def look(self) -> RehearsalJobState | None:
         """Return how the newest rehearsal stands; None where none was started here."""
@@ -176,12 +195,13 @@ class RehearsalJob:
         if self._child is not None:
             self._child.poll()  # an ended child of ours is forgotten by the system only then
         running, lines = self.is_running, self._tail("progress.txt")
+        if job.cancelled and not running:
+            self._remove_recording()
         bars = [found for line in lines if (found := _BAR.fullmatch(line)) is not None]
         done = int(bars[-1][1]) / 100.0 if bars else 0.0
         text = bars[-1][2] if running and bars else ""
         if not running and not job.cancelled:
-            errors = [line.removeprefix("tui-gcs: ") for line in lines if line.startswith("tui-gcs: ")]
-            text = errors[-1] if errors else ""
+            text = _reason(lines)
         return RehearsalJobState(
             running,
             clean(job.scenario, 80),
@@ -190,7 +210,23 @@ class RehearsalJob:
             min(done, 1.0),
             clean(text.strip(), MAX_CELLS),
             job.cancelled,
+            self._result(),
         )
+
+    def _result(self) -> str:
+        """Return the printed line that counts the gates; it is there even if nothing could be put on record."""
+        return next((line for line in reversed(self._tail("output.txt")) if _RESULT.fullmatch(line)), "")
+
+    def _remove_recording(self) -> None:
+        """Remove what a cancelled rehearsal has recorded so far: nothing refers to it, and it looks like a flight."""
+        try:
+            printed = (self._folder / "output.txt").read_text(encoding="utf-8", errors="replace")[:TAIL_BYTES]
+        except OSError:
+            return
+        for line in printed.splitlines():
+            recording = self._folder.parent / Path(line.removeprefix(RECORDING)).name
+            if line.startswith(RECORDING) and FOLDER_NAME.fullmatch(recording.name) and not recording.is_symlink():
+                shutil.rmtree(recording, ignore_errors=True)
 
     def _tail(self, name: str) -> list[str]:
         try:
@@ -209,5 +245,27 @@ class RehearsalJob:
 
     def _write(self, job: _JobFile) -> None:
         new = self._folder / f"job.{os.getpid()}.new"
-        new.write_bytes(msgspec.json.encode(job))
-        new.replace(self._folder / "job.json")
+        try:
+            new.write_bytes(msgspec.json.encode(job))
+            new.replace(self._folder / "job.json")
+        except OSError:
+            with contextlib.suppress(OSError):
+                new.unlink(missing_ok=True)
+            raise
+
+
+def _kill(pid: int) -> None:
+    """Kill the process of a rehearsal with all that it has started."""
+    kill_descendants(pid)
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(pid, signal.SIGKILL)
+
+
+def _reason(lines: Sequence[str]) -> str:
+    """Return why a rehearsal has no result, by the end of what it printed to stderr; "" if that does not say it."""
+    errors = [line.removeprefix(PROGRAM) for line in lines if line.startswith(PROGRAM)]
+    if errors:
+        return errors[-1].removesuffix(PRINTED_ABOVE)
+    # A fault of this program itself: the last line of its traceback says most.
+    words = [line.strip() for line in lines if line.strip() and _BAR.fullmatch(line) is None]
+    return words[-1] if words else ""

@@ -1,5 +1,6 @@
 """The rehearsals screen: starting and cancelling one, gates, what was changed since, the path of the report."""
 
+import dataclasses
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -12,6 +13,7 @@ from tests.screens.rigs.console import NARROW, WIDE, Console, console
 from tests.screens.rigs.fake_station import SCENARIO_FILE, FakeStation
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.client.rehearsal_job import RehearsalJob, RehearsalJobError, RehearsalJobState
+from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.core.records.rehearsal_files import RESULT_NAME, SCENARIO_NAME
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, plan_digest, remember
@@ -30,7 +32,9 @@ class PaperJob(RehearsalJob):
     """A background rehearsal without a process."""
 
     def __init__(self, folder: Path) -> None:
-        super().__init__(folder)
+        super().__init__(folder, lambda: self.waiting)
+        self.waiting = 0.0
+        """Processes that wait for each processor."""
         self.started: list[tuple[str, list[str], list[str]]] = []
         self.state: RehearsalJobState | None = None
         self.refusal = ""
@@ -47,8 +51,14 @@ class PaperJob(RehearsalJob):
         self.state = RehearsalJobState(True, name, " ".join(options), time.time() - 60.0, 0.4, "round 2 of 4", False)
 
     def cancel(self) -> str:
-        self.state = None
+        assert self.state is not None
+        self.state = dataclasses.replace(self.state, cancelled=True)
         return "the rehearsal is cancelled; it is not on record"
+
+    def end(self) -> None:
+        """Its process is gone."""
+        assert self.state is not None
+        self.state = dataclasses.replace(self.state, running=False, text="")
 
     def look(self) -> RehearsalJobState | None:
         return self.state
@@ -172,7 +182,45 @@ async def test_the_one_under_way_is_cancelled_after_y(tmp_path: Path) -> None:
         await c.press("escape")
         assert job(c).is_running and "it goes on" in panel(c)
         await c.press("delete", "y")
-        assert not job(c).is_running and "cancelled; it is not on record" in panel(c)
+        assert "cancelled; it is not on record" in panel(c)
+        assert "BEING CANCELLED" in c.text() and "UNDER WAY" not in c.text()
+        job(c).end()
+        await look(c)
+        assert "swarm-challenge was cancelled, and is not on record" in panel(c) and "BEING" not in c.text()
+
+
+async def test_on_a_busy_computer_it_waits_while_something_is_armed(tmp_path: Path) -> None:
+    async with rehearsals(tmp_path) as c:
+        job(c).waiting = 2.5
+        c.station.fly()
+        await c.tick()
+        await c.press("R")
+        assert "the computer is too busy: 2.5 processes wait for each processor" in panel(c) and not job(c).started
+        c.station.run = RunPhase.IDLE
+        await c.tick()
+        await c.press("R", "enter")
+        assert job(c).started and "this computer is busy: it takes longer" in panel(c)
+
+
+async def test_the_result_of_one_that_ends_is_chosen(tmp_path: Path) -> None:
+    async with rehearsals(tmp_path) as c:
+        await c.press("down", "R", "enter")
+        await look(c)
+        job(c).end()
+        record = RehearsalRecord("z", False, time.time(), "swarm-challenge", 11, 12)
+        remember(tmp_path / "sim" / FILE, record)
+        await look(c)
+        assert screen(c).rehearsal_list.chosen == 0 and "it has ended: FAILED 11/12" in panel(c)
+
+
+async def test_a_killed_process_is_said(tmp_path: Path) -> None:
+    async with rehearsals(tmp_path) as c:
+        await c.press("R", "enter")
+        await look(c)
+        job(c).end()
+        await look(c)
+        assert "NOT rehearsed: its process was killed, or the computer was switched off" in panel(c)
+        assert "it goes on when this console is left" not in panel(c)
 
 
 async def test_why_a_rehearsal_could_not_be_flown_stays_on_the_screen(tmp_path: Path) -> None:
@@ -180,6 +228,14 @@ async def test_why_a_rehearsal_could_not_be_flown_stays_on_the_screen(tmp_path: 
         job(c).state = RehearsalJobState(False, "s", "", time.time(), 0.0, "--wind 3: two numbers are needed", False)
         await look(c)
         assert "s was NOT rehearsed: --wind 3: two numbers are needed" in panel(c)
+
+
+async def test_a_result_that_could_not_be_written_is_said(tmp_path: Path) -> None:
+    async with rehearsals(tmp_path) as c:
+        why, result = "report.html: cannot be written (No space left on device)", "16 of 16 checks hold"
+        job(c).state = RehearsalJobState(False, "s", "", time.time(), 0.9, why, False, result)
+        await look(c)
+        assert f"s was flown (16 of 16 checks hold), but is NOT on record: {why}" in panel(c)
 
 
 async def test_what_was_changed_since(tmp_path: Path) -> None:

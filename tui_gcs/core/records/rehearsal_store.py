@@ -4,8 +4,10 @@ A plan is the scenario as it is parsed (comments and order of keys do not count)
 program's own version. `tui-gcs rehearse` writes; a LIVE station reads before a start.
 """
 
+import contextlib
 import hashlib
 import os
+import re
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -17,6 +19,10 @@ from tui_gcs.core.protocol.planning import PlannerInfo
 from tui_gcs.core.scenario.model import Scenario
 
 FILE = "rehearsals.jsonl"
+RECORDING = "recording: "
+"""What `tui-gcs rehearse` prints before the path of its folder."""
+FOLDER_NAME = re.compile(r"rehearsal-\d{8}-\d{6}(-\d+)?")
+"""Names of those folders, below the state directory of SIM."""
 MAX_LINES = 200
 """Older lines are removed."""
 MAX_BYTES = 1_000_000
@@ -86,8 +92,13 @@ def remember(path: Path, rehearsal: RehearsalRecord) -> None:
     """Add a line; the oldest beyond `MAX_LINES` are removed. Raises OSError."""
     lines = [*_lines(path)[-(MAX_LINES - 1) :], msgspec.json.encode(rehearsal)]
     new = path.with_suffix(f".{os.getpid()}.new")
-    new.write_bytes(b"\n".join(lines) + b"\n")
-    new.replace(path)
+    try:
+        new.write_bytes(b"\n".join(lines) + b"\n")
+        new.replace(path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            new.unlink(missing_ok=True)
+        raise
 
 
 class RehearsalStore:

@@ -43,7 +43,14 @@ class RehearsalRuns(ScreenEdits):
             return "this is a replay: it has no scenario to rehearse"
         if self._feed.scenario is None:
             return "the station's scenario is not known yet"
-        return "a rehearsal is under way: Del cancels it" if self.job.is_running else ""
+        if self.job.is_running:
+            return "a rehearsal is under way: Del cancels it"
+        return self.job.too_busy() if self._flies() else ""
+
+    def _flies(self) -> bool:
+        """Whether something flies whose planners need this computer's time; a silent station may still fly."""
+        status = self._feed.status
+        return status is None or self._feed.station_lost or status.armed > 0
 
     def default_options(self) -> str:
         """Return the option for the autopilots that are heard, if they are not all ArduPilot."""
@@ -70,10 +77,11 @@ class RehearsalRuns(ScreenEdits):
         edits = self.unapplied()
         left_out = f"; {edits} edits of the plan screen are not applied and NOT in it" if edits else ""
         text = f"started{' with ' + shlex.join(words) if words else ''}; it goes on when this console is left"
+        left_out += "; this computer is busy: it takes longer" if self.job.too_busy() else ""
         self.say(clean(text + left_out, 400), Ink.CAUTION if edits else Ink.NORMAL)
 
-    def cancel(self) -> None:
-        """Ask whether the rehearsal under way is to be ended."""
+    def cancel(self, on_done: Callable[[], None]) -> None:
+        """Ask whether the rehearsal under way is to be ended; `on_done` is called with the answer."""
         job = self.job
         if job is None or not job.is_running:
             self.say("no rehearsal is under way", Ink.CAUTION)
@@ -81,6 +89,7 @@ class RehearsalRuns(ScreenEdits):
 
         def answered(yes: bool | None) -> None:
             self.say(job.cancel() if yes else "it goes on")
+            on_done()
 
         reason = "what it has flown so far is lost; no vehicle of the station is concerned"
         self._host.app.push_screen(

@@ -102,8 +102,11 @@ class RehearsalsScreen(PolledScreen):
 
     async def ask_station(self) -> None:
         """Read the rehearsals and the one under way. The station is not asked: they are files."""
+        before = self._job
         self._rows, self._job = await asyncio.to_thread(self._read)
         self.rehearsal_list.show_kept(self._rows, lambda row: row.record.wall_s)
+        if before is not None and before.running and not (self._job is not None and self._job.running):
+            self._note_end(before)
         self._detail = await asyncio.to_thread(self._read_detail, self.rehearsal_list.chosen_row)
         self.show_all()
 
@@ -115,6 +118,18 @@ class RehearsalsScreen(PolledScreen):
         records = reversed(read_rehearsals(self._state / FILE))
         job = self.runs.job.look() if self.runs.job is not None else None
         return tuple(RehearsalRow(record, record.plan == plan) for record in records), job
+
+    def _note_end(self, job: RehearsalJobState) -> None:
+        """Choose the result of a rehearsal that has ended; without one the panel says why."""
+        self.runs.report = ()
+        if self._has_result(job):
+            self.rehearsal_list.chosen = 0
+            self.runs.say(f"it has ended: {result_words(self._rows[0].record)}")
+
+    def _has_result(self, job: RehearsalJobState) -> bool:
+        """Whether the newest result on record is from after the beginning of this rehearsal, which has ended."""
+        ended = self._job is not None and not self._job.running
+        return ended and bool(self._rows) and self._rows[0].record.wall_s >= job.began_wall_s
 
     def _read_detail(self, row: RehearsalRow | None) -> RehearsalDetail:
         if row is None or self._state is None or not row.record.folder:
@@ -146,6 +161,8 @@ class RehearsalsScreen(PolledScreen):
         job = self._job
         if job is None or not job.running:
             return ""
+        if job.cancelled:
+            return "BEING CANCELLED"
         passed_s = max(0.0, time.time() - job.began_wall_s)
         left = f", about {clock_words(passed_s / job.done - passed_s)[2:]} left" if job.done > 0.0 else ""
         return f"UNDER WAY {job.done:.0%}, {clock_words(passed_s)[2:]} passed{left}"
@@ -163,13 +180,17 @@ class RehearsalsScreen(PolledScreen):
         if job is None:
             return []
         options = f" {job.options}" if job.options else ""
+        if job.running and job.cancelled:
+            return [(f"being cancelled: {job.scenario}{options}   its processes end", Ink.CAUTION)]
         if job.running:
             return [(f"under way: {job.scenario}{options}   {job.text}", Ink.BOLD)]
-        newest = self._rows[0].record.wall_s if self._rows else 0.0
-        if job.cancelled or newest >= job.began_wall_s:
+        if self._has_result(job):
             return []
-        why = job.text or "it ended without a result"
-        return [(f"{job.scenario}{options} was NOT rehearsed: {why}", Ink.WARNING)]
+        if job.cancelled:
+            return [(f"{job.scenario}{options} was cancelled, and is not on record", Ink.MUTED)]
+        why = job.text or "its process was killed, or the computer was switched off"
+        what = f"was flown ({job.result}), but is NOT on record" if job.result else "was NOT rehearsed"
+        return [(f"{job.scenario}{options} {what}: {why}", Ink.WARNING)]
 
     def show_chosen(self) -> None:
         """Show the chosen row at once, and read what belongs to it."""
@@ -208,7 +229,7 @@ class RehearsalsScreen(PolledScreen):
 
     def action_end_rehearsal(self) -> None:
         """Ask whether the rehearsal under way is to be cancelled."""
-        self.runs.cancel()
+        self.runs.cancel(self.look)
 
     def action_gates(self) -> None:
         """Show the gates of the chosen rehearsal, or go back to the list."""

@@ -156,7 +156,9 @@ def _result_line(record: RehearsalRecord) -> str:
     result = f"{'passed' if record.passed else 'FAILED'}: {record.checks_good} of {record.checks} gates hold"
     conditions = clean(record.conditions, MAX_CELLS)
     problem = clean(record.problem, MAX_CELLS)
-    return "   ".join(filter(None, (result, conditions, problem and f"ended early: {problem}")))
+    # With its time: above it the panel may speak of another one, which is under way or was cancelled.
+    when = f"{utc_time(record.wall_s)} UTC"
+    return "   ".join(filter(None, (when, result, conditions, problem and f"ended early: {problem}")))
 
 
 def _number(value: float | None) -> str:
