@@ -1,5 +1,6 @@
 """TERRAIN_REQUEST: answered block by block from the operator's terrain file, never with a guess."""
 
+from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -11,7 +12,6 @@ from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.encode import Encoder
 
 MakeWired = Callable[..., Wired]
-VEHICLE = Encoder(1, 1)
 CORNER_DEG = (52.05, -0.65)
 ALL_BLOCKS = (1 << 56) - 1
 
@@ -24,17 +24,19 @@ def slope(*, known_to_deg: float = 1.0) -> Elevation:
     return Elevation("slope.asc", [ElevationGrid(51.5, -1.0, 0.01, 0.01, heights_m)])
 
 
-def flight_over(wired: MakeWired, elevation: Elevation | None) -> Wired:
-    flight = wired(1, wires=[Wire("near")])
+def flight_over(wired: MakeWired, elevation: Elevation | None, vehicles: int = 1) -> Wired:
+    flight = wired(vehicles, wires=[Wire("near")])
     flight.station.config.elevation = elevation
     flight.boot_station()
     return flight.run(12.0)
 
 
-def request(flight: Wired, mask: int = ALL_BLOCKS, lat_deg: float = CORNER_DEG[0], spacing_m: int = 100) -> None:
+def request(
+    flight: Wired, mask: int = ALL_BLOCKS, lat_deg: float = CORNER_DEG[0], spacing_m: int = 100, vehicle: int = 1
+) -> None:
     place = {"lat": round(lat_deg * 1e7), "lon": round(CORNER_DEG[1] * 1e7)}
-    raw = VEHICLE.encode("TERRAIN_REQUEST", **place, grid_spacing=spacing_m, mask=mask)
-    flight.wires[0].link.inject(raw, ("sim", 0))
+    raw = Encoder(vehicle, 1).encode("TERRAIN_REQUEST", **place, grid_spacing=spacing_m, mask=mask)
+    flight.wires[0].link.inject(raw, ("sim", vehicle - 1))
 
 
 def answers(flight: Wired, since_s: float) -> list[dict[str, object]]:
@@ -102,3 +104,17 @@ def test_without_a_terrain_file_nothing_is_answered(wired: MakeWired) -> None:
     request(flight)
     flight.run(2.0)
     assert not answers(flight, since_s)
+
+
+def test_many_that_ask_at_once_are_served_in_turn(wired: MakeWired, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eight ask for all of their ground, each for another one, which tells the answers apart; three fit into a tick."""
+    monkeypatch.setattr("tui_gcs.core.services.terrain.MAX_AT_ONCE", 3)
+    flight = flight_over(wired, slope(), vehicles=8)
+    since_s = flight.clock.now()
+    for vehicle in range(1, 9):
+        request(flight, vehicle=vehicle, lat_deg=CORNER_DEG[0] + vehicle / 1000)
+    flight.run(2.0)
+    served = Counter(data["lat"] for data in answers(flight, since_s))
+    assert len(served) == 8 and max(served.values()) - min(served.values()) <= 1
+    flight.run(7.0)
+    assert Counter(data["lat"] for data in answers(flight, since_s)) == dict.fromkeys(served, 56)
