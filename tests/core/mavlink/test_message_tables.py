@@ -245,9 +245,9 @@ def test_any_bytes_behind_a_good_checksum_are_read_without_an_error(
 START = """
 import sys, time
 from tui_gcs.core.mavlink import message_tables as tables
-began_s = time.perf_counter()
+began_s = time.process_time()
 tables.load()
-print(1000 * (time.perf_counter() - began_s))
+print(1000 * (time.process_time() - began_s))
 from tui_gcs.core.mavlink.frames import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
@@ -265,7 +265,7 @@ def test_with_a_cache_neither_pymavlink_nor_xml_is_imported_and_loading_takes_mi
         ms, modules = done.stdout.splitlines()
         assert modules == "[]"
         taken_ms.append(float(ms))
-    assert min(taken_ms) < 20  # 2 ms on an idle machine
+    assert min(taken_ms) < 20, "2 ms of CPU on an idle machine"
 
 
 def test_two_starts_at_once_make_one_good_file(cache: Path) -> None:

@@ -377,7 +377,7 @@ class Intake:
             stream = source.streams[(frame.system, frame.component)] = Stream(source)
         slot = Slot(stream, frame.system, frame.component, frame.msgid)
         self._owner.place(slot, source)
-        (source.slots if slot.layout is not None else source.unknown)[key] = slot
+        source.keep(key, slot)
         self._slots += 1
         return slot
 
@@ -410,12 +410,7 @@ class Intake:
         if self._slots < MAX_SLOTS:
             return True
         for source in self.sources.values():
-            slots = source.slots | source.unknown
-            owned = {(slot.system, slot.component) for slot in slots.values() if slot.owner is not None}
-            for key in [key for key, slot in slots.items() if not self._owner.must_keep(slot)]:
-                source.drop(key)
-            for sender in [sender for sender in source.streams if sender not in owned]:
-                del source.streams[sender]
+            source.keep_only(self._owner.must_keep)
         self._count_slots()
         # The table would be full again at once, and each search costs more than a frame.
         if self._slots >= MAX_SLOTS // 2:

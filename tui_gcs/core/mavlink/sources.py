@@ -150,6 +150,7 @@ class Source:
         "held",
         "in_sync",
         "junk_bytes",
+        "keys_by_system",
         "last_heard_s",
         "link",
         "network",
@@ -169,6 +170,8 @@ class Source:
         """Slots of known messages, by bytes 5…9 of a version 2 frame: system, component, message id."""
         self.unknown: dict[bytes, Slot] = {}
         """Slots of messages that the dialect does not know. Their CRC cannot be checked."""
+        self.keys_by_system: dict[int, list[bytes]] = {}
+        """Keys of both, by system: a flood fills the tables, and systems are forgotten in the midst of it."""
         self.streams: dict[tuple[int, int], Stream] = {}
         self.frames = 0
         """Frames of slots that were forgotten; those of the others are counted there."""
@@ -192,15 +195,35 @@ class Source:
         self.stranger_frames, self.stranger_window_end_s = 0, float("-inf")
         """Frames of no vehicle within the present second, and when that ends."""
 
+    def keep(self, key: bytes, slot: Slot) -> None:
+        """Put a new slot in."""
+        (self.slots if slot.layout is not None else self.unknown)[key] = slot
+        self.keys_by_system.setdefault(slot.system, []).append(key)
+
     def forget(self, system: int | None = None) -> None:
         """Have it looked up anew what is done with the frames of `system`; None for all systems."""
-        for key in [key for key in (*self.slots, *self.unknown) if system is None or key[0] == system]:
-            self.drop(key)
+        for one in list(self.keys_by_system) if system is None else [system]:
+            for key in self.keys_by_system.pop(one, ()):
+                self._count_in(self.slots.pop(key) if key in self.slots else self.unknown.pop(key))
 
-    def drop(self, key: bytes) -> Slot:
-        """Take one slot out; what it counted is kept."""
-        slot = self.slots.pop(key) if key in self.slots else self.unknown.pop(key)
+    def keep_only(self, wanted: Callable[[Slot], bool]) -> None:
+        """Take the other slots out, and all senders without a slot that belonged to a vehicle."""
+        slots = (*self.slots.values(), *self.unknown.values())
+        owned = {slot.stream for slot in slots if slot.owner is not None}
+        self.streams = {sender: stream for sender, stream in self.streams.items() if stream in owned}
+        self.keys_by_system.clear()
+        for table in (self.slots, self.unknown):
+            # The fast path holds the dict itself.
+            before = table.copy()
+            table.clear()
+            for key, slot in before.items():
+                if wanted(slot):
+                    self.keep(key, slot)
+                else:
+                    self._count_in(slot)
+
+    def _count_in(self, slot: Slot) -> None:
+        """Keep what a slot that is forgotten has counted."""
         self.frames += slot.count
         slot.stream.frames += slot.count
         slot.count = 0
-        return slot
