@@ -359,7 +359,7 @@ def test_iterations_are_granted_by_mission_time_however_frames_come() -> None:
 
 @pytest.mark.parametrize(
     ("own_share", "told"),
-    [(0.1, "computer too busy: steps come first"), (1.0, "its steps take 400 ms of 500")],
+    [(0.1, "this computer is too busy"), (1.0, "its steps take 400 ms of 500")],
     ids=["the computer is busy", "the planner is slow"],
 )
 def test_in_the_air_a_busy_computer_gives_up_background_work_before_steps_come_late(
@@ -398,7 +398,7 @@ def test_in_the_air_a_busy_computer_gives_up_background_work_before_steps_come_l
     assert steps(5) == [6, 3, 1, 0, 0]
     assert notes == [], "a moment of it is not worth a word"
     assert steps(8) == [0] * 8
-    assert notes == [f"{told}, background work is cut"]
+    assert notes == [f"{told}: its vehicles fly on, no better plan is searched meanwhile"]
     step_s = 0.1
     assert steps(30)[-1] == 6, "little by little all of it again"
     assert len(notes) == 1

@@ -307,10 +307,10 @@ class PlannerHost:
             plan = self._plan(job, frame, period_s)
         took_s, cpu_s = time.perf_counter() - begin_s, time.thread_time() - begin_cpu_s
         if self.budget is not None and self.budget.took(took_s, period_s):
-            why = "computer too busy: steps come first"
+            why = "this computer is too busy"
             if cpu_s > SLOW_SHARE * period_s:  # it would be as slow on a computer that does nothing else
                 why = f"its steps take {took_s * 1e3:.0f} ms of {period_s * 1e3:.0f}"
-            job.notes.append(f"{why}, background work is cut")
+            job.notes.append(f"{why}: its vehicles fly on, no better plan is searched meanwhile")
         return msgspec.structs.replace(plan, step_ms=took_s * 1e3)
 
     def _blank(self, job: PlannerRun, frame: AnyFrame) -> TeamPlan:
