@@ -48,6 +48,13 @@ def test_of_two_that_nobody_names_none_is_guessed() -> None:
     )
 
 
+def test_a_planner_runs_on_each_vehicle_where_that_is_asked_for() -> None:
+    assert {team.instances for team in made(ScenarioChanges({}, instances="per_vehicle")).teams} == {"per_vehicle"}
+    text = toml().replace('planner = "patrol"', 'planner = "mine"', 1)
+    first, *others = made(ScenarioChanges({"mine": MINE}, instances="per_vehicle"), text).teams
+    assert first.instances == "per_vehicle" and {team.instances for team in others} == {None}
+
+
 def test_parameters_are_set_by_name_and_kept_in_their_kind() -> None:
     for team in made(ScenarioChanges({}, settings=("margin_m=2", "search=7", "direction=cw"))).teams:
         values = {name: team.parameters[name] for name in ("margin_m", "search", "direction")}

@@ -101,7 +101,8 @@ def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
     _, toml, path = read_scenario(arguments.scenario, None)
     where = Path(path).name if arguments.scenario is None else arguments.scenario
     settings, vehicles = tuple(getattr(arguments, "set", ())), getattr(arguments, "vehicles", None)
-    scenario, toml = ScenarioChanges(planners, named, settings, vehicles).made(toml, where)
+    changes = ScenarioChanges(planners, named, settings, vehicles, getattr(arguments, "instances", None))
+    scenario, toml = changes.made(toml, where)
     simulable(scenario)
     if arguments.seed is not None:
         scenario = msgspec.structs.replace(scenario, seed=arguments.seed)

@@ -179,6 +179,7 @@ def _add_rehearse(commands: options.Commands) -> None:
     options.repeated(parser, "--planner", "FILE.py|NAME", known)
     known = "a parameter of the planners, as `tui-gcs planner list` names them; may be repeated"
     options.repeated(parser, "--set", "NAME=VALUE", known)
+    options.instances(parser)
     known = "so many vehicles in all, shared among the teams as the scenario shares them"
     parser.add_argument("--vehicles", type=int, metavar="N", help=known)
     known = "write every metric of the planners over time there (CSV), and single events beside it (FILE-events.csv)"

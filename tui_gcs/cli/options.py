@@ -98,6 +98,12 @@ def fault(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def instances(parser: argparse.ArgumentParser) -> None:
+    """Add `--instances`."""
+    known = "run planners once for the team or once on each vehicle (default: as they declare)"
+    parser.add_argument("--instances", choices=("per_team", "per_vehicle"), help=known)
+
+
 def report(parser: argparse.ArgumentParser) -> None:
     """Add `--json` and `--output`: see `command_report`."""
     parser.add_argument("--json", action="store_true", help="print one JSON document instead of text")

@@ -186,6 +186,7 @@ def _conditions(arguments: argparse.Namespace) -> list[tuple[str, str]]:
         ("autopilots", arguments.autopilot or "ardupilot"),
         ("planner", ", ".join(arguments.planner)),
         ("set", ", ".join(arguments.set)),
+        ("planners run", (arguments.instances or "").replace("_", " ")),
         ("vehicles", str(arguments.vehicles or "")),
         ("wind, m/s east,north", arguments.wind or ""),
         ("GPS noise", noise),

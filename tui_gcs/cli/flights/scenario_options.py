@@ -13,7 +13,7 @@ from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.fields import nearest
 from tui_gcs.core.scenario.lines import map_lines
 from tui_gcs.core.scenario.load import MAX_VEHICLES, ScenarioError, parse
-from tui_gcs.core.scenario.model import Scenario, Team
+from tui_gcs.core.scenario.model import Instances, Scenario, Team
 from tui_gcs.core.scenario.place_allocation import fit_places
 from tui_gcs.planner.runtime import registry
 
@@ -33,6 +33,8 @@ class ScenarioChanges:
     """NAME=VALUE of planners' parameters."""
     vehicles: int | None = None
     """The number of vehicles of all teams together."""
+    instances: Instances | None = None
+    """Whether planners run once for a team or once on each vehicle; None: as scenario and planners have it."""
 
     def made(self, toml: str, where: str) -> tuple[Scenario, str]:
         """Return the changed scenario and its text. Raises `CommandError` with one line for each mistake."""
@@ -43,6 +45,8 @@ class ScenarioChanges:
             self._set_planner(document, scenario.teams)
             scenario = parse(document.text, where, known)
             self._set_parameters(document, scenario.teams)
+            if self.instances is not None:
+                self._set_instances(document, scenario.teams, self.instances)
             if self.vehicles is not None:
                 self._set_vehicles(document, scenario, self.vehicles)
             scenario = parse(document.text, where, known)
@@ -76,6 +80,13 @@ class ScenarioChanges:
                 value = _value(setting, infos[team.name], name, text)
                 now = next(t for t in parse(document.text).teams if t.name == team.name)
                 document.set_team(team.name, parameters=now.parameters | {name: value})
+
+    def _set_instances(self, document: ScenarioDocument, teams: Collection[Team], instances: Instances) -> None:
+        """Of the planners that were given, or of all where none was."""
+        given = {*self.planners, *self.named} or {team.planner for team in teams}
+        for team in teams:
+            if team.planner in given:
+                document.set_team(team.name, instances=instances)
 
     def _info(self, planner: str) -> PlannerInfo | None:
         return self.planners.get(planner) or registry.infos({planner}).get(planner)

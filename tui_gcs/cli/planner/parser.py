@@ -33,7 +33,7 @@ def add(commands: options.Commands) -> None:
     check.add_argument("planner", metavar="FILE.py|NAME", help="a file, or a built-in or installed planner")
     check.add_argument("--seed", type=int, default=1, metavar="N", help="of everything random (default 1)")
     check.add_argument("--quick", action="store_true", help="fewer cases, and one round instead of all")
-    _instances(check)
+    options.instances(check)
     options.repeated(check, "--only", "CHECK", "only this one, as the report calls it; may be repeated")
     options.report(check)
 
@@ -41,14 +41,9 @@ def add(commands: options.Commands) -> None:
     watch.add_argument("file", metavar="FILE.py")
     watch.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="another than the shipped one")
     watch.add_argument("--seed", type=int, metavar="N", help="another seed than the scenario's")
-    _instances(watch)
+    options.instances(watch)
     options.simulation(watch)
     console_options.add(watch)
-
-
-def _instances(parser: argparse.ArgumentParser) -> None:
-    text = "run it once for the team or once on each vehicle (default: as it declares)"
-    parser.add_argument("--instances", choices=("per_team", "per_vehicle"), help=text)
 
 
 def _action(actions: options.Commands, name: str, text: str) -> argparse.ArgumentParser:

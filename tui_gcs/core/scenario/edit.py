@@ -9,7 +9,15 @@ import tomlkit
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, Zone
 from tui_gcs.core.scenario.load import ScenarioError
-from tui_gcs.core.scenario.model import BatteryLimits, Limits, OperatingArea, ResultLimits, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import (
+    BatteryLimits,
+    Instances,
+    Limits,
+    OperatingArea,
+    ResultLimits,
+    TakeOffPlace,
+    Team,
+)
 from tui_gcs.core.scenario.toml_text import TomlText, Value
 
 Parameters = Mapping[str, float | int | bool | str]
@@ -156,6 +164,7 @@ class ScenarioDocument:
         planner: str | None = None,
         vehicles: Sequence[int] | None = None,
         count: int | None = None,
+        instances: Instances | None = None,
         parameters: Parameters | None = None,
     ) -> None:
         """Set what is given of a team. `vehicles` replaces `count` and the other way round.
@@ -164,6 +173,7 @@ class ScenarioDocument:
         """
         path = self._team(team_name)
         given: dict[str, Value | None] = {"name": name, "zone": zone, "planner": planner, "count": count}
+        given["instances"] = instances
         given["vehicles"] = list(vehicles) if vehicles is not None else None
         swapped = ("vehicles", "count") if vehicles is not None or count is not None else ()
         with self._toml.all_or_nothing():
