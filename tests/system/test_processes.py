@@ -22,6 +22,7 @@ from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.scenario.load import load
 
+RECORDING = Path(__file__).parents[1] / "data" / "arducopter-8.tlog"
 SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
 
 pytestmark = [pytest.mark.process, pytest.mark.long]
@@ -66,6 +67,21 @@ def test_a_killed_console_changes_nothing_and_the_next_one_shows_the_truth(fleet
     assert second.wait_exit(10) == 0
     assert fleet.phases() == {m.Phase.FLYING}
     assert fleet.status.faults == {}
+
+
+def test_a_replay_shows_what_flies_meanwhile_and_hold_all_holds_that(fleet: Watcher):
+    replay = PtyConsole(["replay", str(RECORDING)], 120, 40)
+    assert replay.wait_for(b"8 ARMED", 20), "the third line of a replay is of the station that flies"
+    for keys in (b"!r", b"!l", b" "):  # in a replay these reach no vehicle
+        replay.press(keys)
+    time.sleep(1.5)
+    assert fleet.phases() == {m.Phase.FLYING}
+    replay.press(b"!h")
+    until(lambda: fleet.phases() == {m.Phase.HOLDING}, 10, "all hold")
+    replay.press(b"q")
+    assert replay.wait_exit(10) == 0
+    assert fleet.ask(m.Resume()).ok
+    until(lambda: fleet.phases() == {m.Phase.FLYING}, 10, "all fly on")
 
 
 def test_a_killed_planner_worker_makes_its_team_hold_and_the_operator_is_told(fleet: Watcher):
