@@ -20,6 +20,8 @@ settings.register_profile("explore", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
+MAKES_WAY = 5
+"""Niceness of a worker whose tests use as much of a core as they get: a third of what one at 1x may have."""
 COLLECTED = pytest.StashKey[list[pytest.Item]]()
 """Every test of the collected files, also those that the run's marks leave out. Read by test_marks.py."""
 
@@ -62,6 +64,13 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.set_threshold(10_000)
     sys.dont_write_bytecode = True  # what is imported later: some tests watch which files are written
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Those that run at 1x get a core when they need it: a worker's first other test makes way from then on."""
+    if "PYTEST_XDIST_WORKER" in os.environ and item.get_closest_marker("process") is None:
+        os.setpriority(os.PRIO_PROCESS, 0, max(MAKES_WAY, os.getpriority(os.PRIO_PROCESS, 0)))
 
 
 @pytest.fixture(scope="session", autouse=True)
