@@ -326,7 +326,10 @@ def test_nothing_is_handed_on_in_calm_air() -> None:
     assert tempo.handed_on() == b""
 
 
-@pytest.mark.long
+WHOLE = msgspec.msgpack.decode(SpeedAdaptation(0.6, 0.6, good_s=30.0, try_s=TRY_S).handed_on())
+"""What a planner hands on that has learnt to fly at 0.6 of its speed."""
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -336,16 +339,17 @@ def test_nothing_is_handed_on_in_calm_air() -> None:
     ],
 )
 def test_invalid_inherited_bytes_are_refused(wrong: dict[str, object]) -> None:
-    whole = msgspec.msgpack.decode(SpeedAdaptation(0.6, 0.6, good_s=30.0, try_s=TRY_S).handed_on())
-    assert from_inherited(msgspec.msgpack.encode(whole)).wanted == 0.6
-    damaged = msgspec.msgpack.encode(whole | wrong)
+    assert from_inherited(msgspec.msgpack.encode(WHOLE)).wanted == 0.6
     with pytest.raises(ValueError):
-        from_inherited(damaged)
-    host, vehicles = windy_patrol()
-    kept = msgspec.msgpack.decode(pack_learnt(learner(msgspec.msgpack.encode(whole))), type=PlannerSnapshot)
+        from_inherited(msgspec.msgpack.encode(WHOLE | wrong))
+
+
+def test_a_patrol_that_inherits_invalid_bytes_begins_anew() -> None:
+    kept = msgspec.msgpack.decode(pack_learnt(learner(msgspec.msgpack.encode(WHOLE))), type=PlannerSnapshot)
+    damaged = msgspec.structs.replace(kept, learnt=msgspec.msgpack.encode(WHOLE | {"wanted": math.nan}))
     host = PlannerHost("red")
-    host.set_task(task_of(zone_of(SMALL)), msgspec.msgpack.encode(msgspec.structs.replace(kept, learnt=damaged)))
-    plan = host.step(vehicles.frame())
+    host.set_task(task_of(zone_of(SMALL)), msgspec.msgpack.encode(damaged))
+    plan = host.step(fleet(4).frame())
     assert plan.error == "" and len(plan.intents) == 4 and "tempo_pct" not in plan.metrics
     assert plan.notes[0].startswith("begins anew: what was learnt is of no use: ")
 
