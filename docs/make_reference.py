@@ -29,9 +29,9 @@ from tui_gcs import __version__
 from tui_gcs.actions.scopes import SCOPES
 from tui_gcs.cli import exit_codes
 from tui_gcs.cli.command_report import CommandReport
-from tui_gcs.cli.installation.config import SETTINGS
 from tui_gcs.cli.installation.general_options import commands
 from tui_gcs.cli.main import command_line_parser
+from tui_gcs.client.user_settings import SETTINGS
 from tui_gcs.core import protocol
 from tui_gcs.core.alarms.causes import CAUSES
 from tui_gcs.core.scenario import model
@@ -203,10 +203,9 @@ def settings() -> str:
         allowed = ", ".join(setting.choices) or {list: "list", str: "text", bool: "true, false", dict: "table"}.get(
             setting.kind, "number"
         )
-        rows.append(
-            (f"`{key}`", cell(allowed), f"`{setting.variable}`" if setting.variable else "", cell(setting.text))
-        )
-    return "\n".join([*lines, *table(("key", "value", "environment", "meaning"), rows)])
+        variable = f"`{setting.variable}`" if setting.variable else ""
+        rows.append((f"`{key}`", cell(allowed), variable, cell(setting.text), setting.counts))
+    return "\n".join([*lines, *table(("key", "value", "environment", "meaning", "a change counts"), rows)])
 
 
 def codes() -> str:

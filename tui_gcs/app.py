@@ -21,6 +21,7 @@ from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.actions.palette.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
+from tui_gcs.client.user_settings import THEMES
 from tui_gcs.console.alarm_acknowledgement import AlarmAcknowledgement, AlarmBell
 from tui_gcs.console.commands import CommandController
 from tui_gcs.console.idle_garbage import LOOK_S, IdleGarbage
@@ -48,6 +49,7 @@ from tui_gcs.screens.preflight.preflight_screen import Operator
 from tui_gcs.terminal.input_filter import InputDropped
 from tui_gcs.terminal.key_queue import KeyHandled
 from tui_gcs.terminal.terminal_options import SLOW_PERIOD_S, wants_slow
+from tui_gcs.terminal.themes import THEMES as DISPLAY_THEMES
 from tui_gcs.terminal.variant import TerminalApp
 from tui_gcs.widgets.basics.glyphs import glyph_set, wants_ascii
 from tui_gcs.widgets.basics.shown_keys import use_keys
@@ -111,7 +113,7 @@ class ConsoleApp(TerminalApp):
         elif options.read_only:
             self.feed.requests.read_only = "read-only: started with --read-only"
         parts = ConsoleParts(self, self.feed, self.glyphs, self.clock, self.notice)
-        self.operator = Operator()
+        self.operator = Operator(options.settings.text("operator"))
         self.results = OrderResults(parts)
         self.commands = CommandController(parts, self.results, self.operator)
         self.commands.unapplied = lambda: self._plan.model.changes if self._plan is not None else 0
@@ -148,6 +150,7 @@ class ConsoleApp(TerminalApp):
             "traffic": self._traffic_screen,
             "onboard": self._onboard_screen,
             "setup": self._setup_screen,
+            "settings": self._settings_screen,
         }
 
     def _fly_screen(self) -> Screen[None]:
@@ -239,6 +242,19 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.setup.setup_screen import SetupScreen
 
         return SetupScreen(self.feed, self.clock, glyphs=self.glyphs)
+
+    def _settings_screen(self) -> Screen[None]:
+        from tui_gcs.screens.settings.settings_screen import SettingsScreen
+
+        return SettingsScreen(self.feed, self.options.settings, self._use_setting, glyphs=self.glyphs)
+
+    def _use_setting(self, key: str, value: str) -> None:
+        """Take a setting that counts at once; "" is its default."""
+        if key == "theme":
+            names = list(DISPLAY_THEMES)
+            self.display_theme = names[THEMES.index(value)] if value else names[0]
+        elif key == "operator":
+            self.operator.name = value
 
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""

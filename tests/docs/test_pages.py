@@ -18,9 +18,9 @@ import pytest
 
 from tui_gcs.actions.orders import ORDERS
 from tui_gcs.actions.scopes import SCOPES
-from tui_gcs.cli.installation import config
 from tui_gcs.cli.installation.general_options import commands
 from tui_gcs.cli.main import command_line_parser
+from tui_gcs.client.user_settings import SETTINGS, problem_of
 from tui_gcs.core.alarms.causes import CAUSES
 from tui_gcs.planner.check.declarations import declares, flies
 from tui_gcs.planner.check.subject import checked_planner
@@ -204,7 +204,7 @@ def test_blocks_of_settings_and_scenarios_are_sound():
     for path, text in texts:
         content = tomllib.loads(text)
         if path.name == "install.md":
-            assert [config._problem(key, value) for key, value in content.items()] == [""] * len(content)
+            assert [problem_of(key, value) for key, value in content.items()] == [""] * len(content)
 
 
 def test_a_field_with_a_house_is_a_scenario(tmp_path: Path):
@@ -240,7 +240,7 @@ def test_the_reference_has_every_command_key_setting_and_exit_code():
         for action in actions
         if action.help and action.shown
     )
-    assert all(f"`{key}`" in pages["settings.md"] for key in config.SETTINGS)
+    assert all(f"`{key}`" in pages["settings.md"] for key in SETTINGS)
     assert all(f"`{cause.tag}`" in pages["alarms.md"] for cause in CAUSES)
     assert "[hold" not in pages["alarms.md"]
     assert "`no answer`" in pages["exit-codes.md"]

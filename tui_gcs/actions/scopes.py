@@ -10,6 +10,7 @@ from tui_gcs.actions.plan_actions import PLAN_ACTIONS
 from tui_gcs.actions.plot_actions import PLOT_ACTIONS
 from tui_gcs.actions.rehearsal_actions import REHEARSAL_ACTIONS
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
+from tui_gcs.actions.settings_actions import SETTINGS_ACTIONS
 from tui_gcs.actions.setup_actions import SETUP_ACTIONS
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.task_actions import TASK_ACTIONS
@@ -35,4 +36,5 @@ SCOPES = {
     "plots": PLOT_ACTIONS,
     "traffic": TRAFFIC_ACTIONS,
     "setup": SETUP_ACTIONS,
+    "settings": SETTINGS_ACTIONS,
 }

@@ -64,6 +64,7 @@ MENU_SCREENS = (
     ("r", "rehearsals", "Rehearsals", "rehearse now; gates, what changed since, reports"),
     ("a", "traffic", "Traffic", "tracks, ADS-B, Remote ID; tasks for planners"),
     ("t", "tasks", "Tasks", "what goes on, cancel; who is connected, hand over"),
+    ("e", "settings", "Settings", "what config.toml holds, where from; change it"),
 )
 """Screens without a key of their own: letter in the menu of `S`, mode, name, what is on it."""
 

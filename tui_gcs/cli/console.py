@@ -1,5 +1,6 @@
 """Attaches a console to a station that runs or is just starting."""
 
+import argparse
 import gc
 import os
 import sys
@@ -14,6 +15,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.file_access import base_map_of, elevation_of
 from tui_gcs.cli.installation import config
 from tui_gcs.client.launcher import START_LIMIT_S, start_error
+from tui_gcs.client.user_settings import SettingsInUse, path_of
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.directories import socket_path, state_dir
 from tui_gcs.core.base.run_kind import RunKind
@@ -49,9 +51,10 @@ class ConsolePreferences:
     base_map: "BaseMap | None"
     read_only: bool
     own_commands: "OwnCommands | None"
+    settings: SettingsInUse
 
 
-def preferences(overlays: Sequence[str]) -> ConsolePreferences:
+def preferences(arguments: argparse.Namespace) -> ConsolePreferences:
     """Return the settings of the command line, the environment and the operator's files. Raises `CommandError`."""
     prepare_textual(os.environ)  # before anything imports Textual
     read_only = os.environ.get("TUI_GCS_READ_ONLY", "") not in ("", "0")
@@ -59,11 +62,12 @@ def preferences(overlays: Sequence[str]) -> ConsolePreferences:
     return ConsolePreferences(
         operators_keymap(),
         operators_theme(),
-        read_overlays(overlays),
+        read_overlays(arguments.overlay),
         elevation,
         base_map_of(os.environ.get("TUI_GCS_BASE_MAP") or None),
         read_only,
         config.own_commands(os.environ),
+        SettingsInUse(path_of(os.environ), arguments.settings),
     )
 
 
@@ -95,6 +99,7 @@ def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = 
                 keymap=wanted.keymap,
                 theme=wanted.theme,
                 own_commands=wanted.own_commands,
+                settings=wanted.settings,
                 groups=GroupFile(state_dir(kind) / "groups.json"),
                 folder=state_dir(kind),
                 recordings=recordings(),

@@ -7,9 +7,7 @@ import argparse
 from collections.abc import MutableMapping
 
 from tui_gcs.cli import options
-
-THEMES = ("dark", "night", "day", "contrast")
-"""Names on the command line, in the order of `widgets.themes.THEMES`, which is not imported: it takes long."""
+from tui_gcs.client.user_settings import THEMES as THEMES
 
 
 def add(parser: argparse.ArgumentParser) -> None:

@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
     need_terminal()
     from tui_gcs.cli.console import attach, preferences
 
-    wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
+    wanted = preferences(arguments)  # what is wrong with it is told before anything starts
     starts_station = not running(RunKind.SIM)
     if starts_station:
         _launch(arguments)

@@ -17,6 +17,7 @@ from tui_gcs.cli.installation import config, general_options
 from tui_gcs.cli.installation.completion import SHELLS
 from tui_gcs.cli.planner import parser as planner_parser
 from tui_gcs.cli.vehicle import parser as vehicle_parser
+from tui_gcs.client.user_settings import path_of
 from tui_gcs.core.base.directories import ConfigError
 
 LACKS = {
@@ -39,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         general_options.apply(arguments, os.environ)
         if used and general_options.is_set(general_options.VERBOSE, os.environ):
             settings = ", ".join(f"{key} = {value!r}" for key, value in used.items())
-            print(f"tui-gcs: {config.path_of(os.environ)}: {settings}", file=sys.stderr)  # noqa: T201
+            print(f"tui-gcs: {path_of(os.environ)}: {settings}", file=sys.stderr)  # noqa: T201
         return _run(arguments)
     except (CommandError, ConfigError) as error:
         from tui_gcs.core.base.text import clean

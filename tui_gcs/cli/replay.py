@@ -26,7 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not (math.isfinite(arguments.speed) and 0 < arguments.speed <= 1000):
         raise CommandError(f"--speed {arguments.speed:g}: more than 0 and at most 1000")
     need_terminal()
-    return _show(arguments.file, arguments.speed, _begin_s(arguments.at), preferences(arguments.overlay))
+    return _show(arguments.file, arguments.speed, _begin_s(arguments.at), preferences(arguments))
 
 
 def _begin_s(text: str) -> float:
@@ -86,6 +86,7 @@ def _show(file: str, speed: float, begin_s: float, options: ConsolePreferences) 
             keymap=options.keymap,
             theme=options.theme,
             own_commands=options.own_commands,
+            settings=options.settings,
             recordings=recordings(),
         ),
     )

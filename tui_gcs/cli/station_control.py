@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
         need_terminal(small=True)
         from tui_gcs.cli.console import attach, preferences
 
-        return attach(kind, preferences(arguments.overlay))
+        return attach(kind, preferences(arguments))
     return _stop(kind, arguments) if arguments.what == "stop" else _status(kind, arguments)
 
 

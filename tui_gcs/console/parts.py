@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from textual.app import App
 
+from tui_gcs.client.user_settings import SettingsInUse
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.formats.overlays import Overlay
@@ -64,6 +65,7 @@ class ConsoleOptions:
     """Name of the theme to begin with, of `THEMES`; empty for the first."""
     own_commands: "OwnCommands | None" = None
     """What the operator can type after `:` beside the names of actions; None: nothing else."""
+    settings: SettingsInUse = field(default_factory=SettingsInUse)
     groups: GroupFile | None = None
     """Where the operator's groups of vehicles are kept; None: they are forgotten."""
     folder: Path | None = None

@@ -25,6 +25,7 @@ SCREENS = (
     "traffic.traffic_screen",
     "flights.vehicle_logs_screen",
     "setup.setup_screen",
+    "settings.settings_screen",
 )
 
 

@@ -105,6 +105,7 @@ SCREENS: dict[str, tuple[str, Callable[[FakeStation], None], tuple[str, ...]]] =
     "plots": ("g", lambda station: None, ("slash", *"altitude", "enter", "escape")),
     "traffic": ("a", crowded, ()),
     "tasks": ("t", busy, ()),
+    "settings": ("e", lambda station: None, ()),
 }
 """Letter in the menu of screens, what the station knows at every look, and keys that are pressed first."""
 

@@ -4,10 +4,10 @@ import subprocess
 
 import pytest
 
-from tui_gcs.cli.installation import config
 from tui_gcs.cli.installation.general_options import NO_COLOR, QUIET, VERBOSE, apply, commands
 from tui_gcs.cli.main import command_line_parser, main
 from tui_gcs.cli.progress_bar import ProgressBar
+from tui_gcs.client import user_settings
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
@@ -49,7 +49,7 @@ def test_quiet_shows_no_progress(monkeypatch, capsys):
 
 def test_verbose_says_which_settings_are_used_and_where_an_error_comes_from(monkeypatch, tmp_path, capsys):
     (tmp_path / "config.toml").write_text('operator = "Ada"')
-    monkeypatch.setenv(config.FILE, str(tmp_path / "config.toml"))
+    monkeypatch.setenv(user_settings.FILE, str(tmp_path / "config.toml"))
     for name in (VERBOSE, QUIET, NO_COLOR):
         monkeypatch.setenv(name, "")
     assert main(["run", str(tmp_path / "none.toml"), "-v"]) == 2

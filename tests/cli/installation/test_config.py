@@ -11,6 +11,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.installation import config
 from tui_gcs.cli.installation.general_options import commands
 from tui_gcs.cli.main import command_line_parser, main
+from tui_gcs.client.user_settings import FILE, SETTINGS, path_of, problem_of
 
 PARSER = command_line_parser()
 
@@ -21,7 +22,7 @@ class Typed:
     def __init__(self, folder: Path, text: str, **environ: str) -> None:
         self.path = folder / "config.toml"
         self.path.write_text(text, encoding="utf-8")
-        self.environ = {config.FILE: str(self.path), **environ}
+        self.environ = {FILE: str(self.path), **environ}
 
     def __call__(self, line: str) -> dict[str, Any]:
         arguments = PARSER.parse_args(line.split())
@@ -98,23 +99,23 @@ def test_a_mistake_is_a_line_with_file_and_line(tmp_path: Path, text: str, probl
 
 
 def test_a_named_file_has_to_be_there_and_an_empty_name_reads_none(tmp_path: Path, monkeypatch, capsys):
-    monkeypatch.setenv(config.FILE, str(tmp_path / "none.toml"))
+    monkeypatch.setenv(FILE, str(tmp_path / "none.toml"))
     assert main(["status"]) == 2
     assert "none.toml: cannot be read (No such file" in capsys.readouterr().err
-    assert config.read({config.FILE: "", "XDG_CONFIG_HOME": "/nowhere"}) == {}
+    assert config.read({FILE: "", "XDG_CONFIG_HOME": "/nowhere"}) == {}
     assert config.read({"XDG_CONFIG_HOME": str(tmp_path)}) == {}
-    assert config.path_of({"XDG_CONFIG_HOME": "/x"}) == Path("/x/tui-gcs/config.toml")
+    assert path_of({"XDG_CONFIG_HOME": "/x"}) == Path("/x/tui-gcs/config.toml")
 
 
-@given(st.dictionaries(st.text(max_size=8) | st.sampled_from(sorted(config.SETTINGS)), st.text() | st.integers()))
+@given(st.dictionaries(st.text(max_size=8) | st.sampled_from(sorted(SETTINGS)), st.text() | st.integers()))
 def test_any_content_is_taken_or_refused_by_one_line(content: dict[str, object]):
     for key, value in content.items():
-        assert "\n" not in config._problem(key, value).replace(str(value), "")
+        assert "\n" not in problem_of(key, value).replace(str(value), "")
 
 
 def test_every_setting_is_an_option_of_some_command():
     known = {action.dest for _, parser in commands(PARSER) for action in parser._actions}
-    assert {key for key, setting in config.SETTINGS.items() if setting.kind is not dict} <= known
+    assert {key for key, setting in SETTINGS.items() if setting.kind is not dict} <= known
 
 
 @pytest.mark.parametrize(

@@ -10,16 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.cli.installation import checks, config
+from tui_gcs.cli.installation import checks
 from tui_gcs.cli.installation.checks import Level
 from tui_gcs.cli.main import main
+from tui_gcs.client import user_settings
 
 
 @pytest.fixture(autouse=True)
 def own_directories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
-    monkeypatch.setenv(config.FILE, "")
+    monkeypatch.setenv(user_settings.FILE, "")
 
 
 def test_here_nothing_is_to_be_mended(capsys):

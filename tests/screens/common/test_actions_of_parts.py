@@ -9,6 +9,7 @@ from textual.screen import Screen
 
 from tui_gcs.actions.scopes import SCOPES
 from tui_gcs.app import ReplayApp
+from tui_gcs.client.user_settings import SettingsInUse
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.flight_archive import FlightArchive
@@ -25,6 +26,7 @@ from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
 from tui_gcs.screens.plan.plan_screen import PlanScreen
 from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
 from tui_gcs.screens.rehearsals.rehearsals_screen import RehearsalsScreen
+from tui_gcs.screens.settings.settings_screen import SettingsScreen
 from tui_gcs.screens.setup.setup_screen import SetupScreen
 from tui_gcs.screens.tasks.tasks_screen import TasksScreen
 from tui_gcs.screens.traffic.traffic_screen import TrafficScreen
@@ -54,6 +56,8 @@ def screen_of(scope: str) -> Screen | type[ReplayApp]:
         return ReplayApp
     if scope == "flights":
         return FlightsScreen(feed, clock, FlightArchive({}))
+    if scope == "settings":
+        return SettingsScreen(feed, SettingsInUse())
     if scope == "rehearsals":
         return RehearsalsScreen(feed, clock, None, lambda: 0)
     if scope == "plots":

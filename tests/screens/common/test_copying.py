@@ -78,6 +78,7 @@ LISTS = {
     "contacts": Listed(("S", "a"), "kind name distance_m bearing_deg", "track @4"),
     "tasks for planners": Listed(("S", "a", "tab"), "name place_m priority team due_s", "gate"),
     "tasks": Listed(("S", "t"), "number vehicle what who state", "console-77 running"),
+    "settings": Listed(("S", "e"), "setting value origin in_file counts meaning", "link default next station"),
     "people": Listed(("S", "t", "tab"), "principal is_in_control last_command", "console-test yes 340"),
     "vehicles": Listed(("v", "n"), "id team mode battery_pct", "1"),
     "journal": Listed(("J",), "time_utc class severity source text"),

@@ -9,6 +9,7 @@ from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.quiet_pilot import QuietPilot
 from tui_gcs.actions.palette.own_commands import OwnCommands
 from tui_gcs.app import ConsoleApp
+from tui_gcs.client.user_settings import SettingsInUse
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.console.parts import ConsoleOptions
 from tui_gcs.core.base.clock import VirtualClock
@@ -91,6 +92,7 @@ async def console(
     read_only: bool = False,
     groups: GroupFile | None = None,
     own_commands: Mapping[str, str] | None = None,
+    settings: SettingsInUse | None = None,
     recordings: Mapping[str, Path] | None = None,
 ) -> AsyncIterator[Console]:
     """A running console on a station that `prepare` has set up."""
@@ -109,6 +111,7 @@ async def console(
             groups=groups,
             recordings=recordings or {},
             own_commands=OwnCommands(own_commands) if own_commands else None,
+            settings=settings or SettingsInUse(),
         ),
         clock=clock,
     )

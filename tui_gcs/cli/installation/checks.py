@@ -20,6 +20,7 @@ from tui_gcs.cli.common import MIN_COLUMNS, MIN_LINES
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.installation import config
 from tui_gcs.client.launcher import is_running
+from tui_gcs.client.user_settings import path_of
 from tui_gcs.core.base.directories import ConfigError, runtime_dir, state_dir
 from tui_gcs.core.base.open_files import require_open_files
 from tui_gcs.core.base.run_kind import RunKind
@@ -173,7 +174,7 @@ def directories() -> Iterator[Diagnosis]:
 
 def settings(environ: Mapping[str, str]) -> Iterator[Diagnosis]:
     """Check `config.toml`."""
-    path = config.path_of(environ)
+    path = path_of(environ)
     try:
         found = config.read(environ)
         config.own_commands(environ)

@@ -16,7 +16,7 @@ def run(arguments: argparse.Namespace) -> int:
     need_terminal()
     from tui_gcs.cli.console import attach, preferences
 
-    options = preferences(arguments.overlay)
+    options = preferences(arguments)
     start(arguments)
     return attach(RunKind.SIM, options)
 

@@ -1,0 +1,159 @@
+"""Changes one key of `config.toml`: comments, order and line ends of the operator stay, and so do the permissions.
+
+The new text is checked as a whole before anything is written, so what is written is always read again by the next
+command. The file is replaced in one step; where it is a link, the file behind it is.
+"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from tui_gcs.client.user_settings import PATHS, SETTINGS, SettingsError, parsed, problem_of, text_of
+
+NEW_MODE = 0o600
+"""Permissions of a new file: it may name radios and places."""
+
+
+def change(path: Path, key: str, value: Any | None) -> None:
+    """Write one key, or with None remove it, so that its default counts.
+
+    Raises:
+        SettingsError: the value is no good, the file holds a mistake, or it cannot be written; nothing was changed.
+    """
+    if value is not None and (problem := problem_of(key, value) or content_problem(key, value, path.parent)):
+        raise SettingsError(problem)
+    exists = os.path.exists(path)  # noqa: PTH110, for Path.exists raises where a name is too long
+    old = text_of(path) if exists else ""
+    parsed(old, path)  # a mistake in it is named before it is touched
+    new = changed(old, key, value)
+    parsed(new, path)
+    if new != old:
+        _replace(path, new, exists=exists)
+
+
+def changed(text: str, key: str, value: Any | None) -> str:
+    """Return the text with another value of a key of the top level, or without it. Raises `SettingsError`."""
+    from tui_gcs.core.scenario.load import ScenarioError
+    from tui_gcs.core.scenario.toml_text import TomlText
+
+    # The lines of a text begin with a table where it has no key above the first one: a comment line gives it a place.
+    try:
+        edited = TomlText(text)
+        if value is None:
+            edited.apply("", {}, owned=(key,))
+        elif key in edited.data:
+            edited.replace_values([("", key)], value)
+        else:
+            return _with_new(edited, text, key, value)
+        return edited.text
+    except ScenarioError:
+        raise SettingsError(f"{key}: is written in a way that is not changed here: edit it in the file") from None
+
+
+def _with_new(edited: Any, text: str, key: str, value: Any) -> str:
+    """Return the text with a key that it does not have yet: below the last of the top level, else as the first line."""
+    import tomlkit
+
+    if any(not isinstance(each, dict) for each in edited.data.values()):
+        edited.apply("", {key: value})
+        return str(edited.text)
+    line = tomlkit.document()
+    line[key] = value
+    end = "\r\n" if "\r\n" in text else "\n"
+    first = line.as_string().rstrip("\n").replace("\n", end) + end
+    return f"{first}{end}{text}" if text.strip() else first + text
+
+
+def content_problem(key: str, value: Any, folder: Path) -> str:
+    """Return why a command would refuse a value of the right type; "" if it would not. Paths are seen from `folder`."""
+    if key in ("link", "forward"):
+        return _first_problem(key, value, _link_problem)
+    if key in PATHS:
+        return _first_problem(
+            key, [value] if isinstance(value, str) else value, lambda name: _path_problem(folder, name)
+        )
+    if key == "operator_at":
+        lat_deg, lon_deg = value
+        good = abs(lat_deg) <= 90 and abs(lon_deg) <= 180  # NaN is not
+        return "" if good else "operator_at: latitude from -90 to 90, longitude from -180 to 180"
+    if key == "operator_alt":
+        return "" if -1000 <= value <= 31_767 else "operator_alt: metres from -1000 to 31767"
+    if key == "operator" and not (value.strip() and value.isprintable() and len(value) <= 40):
+        return "operator: a name of at most 40 characters"
+    return ""
+
+
+def _first_problem(key: str, values: list[str], problem: Callable[[str], str]) -> str:
+    found = next(filter(None, map(problem, values)), "")
+    return f"{key}: {found}" if found else ""
+
+
+def _link_problem(text: str) -> str:
+    from tui_gcs.core.links.spec import LinkError, parse_link
+
+    try:
+        parse_link(text)
+    except LinkError as error:
+        return str(error)
+    return ""
+
+
+def _path_problem(folder: Path, name: str) -> str:
+    try:
+        found = name.isprintable() and (folder / Path(name).expanduser()).exists()
+    except (OSError, ValueError, RuntimeError):  # too long, a NUL, a home that nobody has
+        found = False
+    return "" if found else f"{name[:60]!r}: there is no such file"
+
+
+def _replace(path: Path, text: str, *, exists: bool) -> None:
+    """Write the whole file in one step, with its permissions."""
+    try:
+        real = path.resolve()
+        real.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        mode = real.stat().st_mode & 0o777 if exists else NEW_MODE
+        if exists and not os.access(real, os.W_OK):  # a rename would replace a file that is not to be changed
+            raise SettingsError(f"{path}: cannot be written (it is read-only)")
+        new = real.with_name(f".{real.name}.new")
+        new.unlink(missing_ok=True)
+        file = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, mode)
+        try:
+            os.fchmod(file, mode)  # whatever the umask is
+            with os.fdopen(file, "wb") as out:
+                out.write(text.encode())
+                out.flush()
+                os.fsync(file)
+            new.replace(real)
+        except OSError:
+            new.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise SettingsError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def typed_value(key: str, text: str) -> Any:
+    """Return the value that was typed for a key; texts of a list have `;` between them. Raises `SettingsError`."""
+    kind, text = SETTINGS[key].kind, text.strip()
+    if kind is float or key == "operator_at":
+        try:
+            numbers = [float(each) for each in text.replace(",", " ").replace(";", " ").split()]
+        except ValueError:
+            raise SettingsError(f"{key}: {text[:30]!r}: only numbers") from None
+        if kind is float and len(numbers) != 1:
+            raise SettingsError(f"{key}: one number")
+        return numbers[0] if kind is float else numbers
+    if kind is list:
+        return [each.strip() for each in text.split(";") if each.strip()]
+    return text
+
+
+def shown_value(key: str, value: Any) -> str:
+    """Return a value as `typed_value` reads it, and as the screen shows it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, dict):
+        return ", ".join(value)
+    if isinstance(value, (list, tuple)):
+        return (" " if key == "operator_at" else "; ").join(str(each) for each in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
