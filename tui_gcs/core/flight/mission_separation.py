@@ -48,12 +48,31 @@ class MissionSeparation:
         self._clock, self._events = services.clock, services.events
         self._steering, self._may_stop, self._hold = steering, may_stop, hold
 
-    def tick(self) -> None:
-        """Hold those that would come too close."""
-        stoppable = {v.id for v in self._fleet.vehicles.values() if v.telemetry.airborne and self._may_stop(v)}
-        if not stoppable:
+    def tick(self) -> Iterator[None]:
+        """Hold those that would come too close; in pieces, between which a stop or another request may be answered."""
+        if not self._stoppable():
             return
-        for one, other, text in self._too_close():
+        now, limits = self._clock.now(), self._guard.limits
+        known = {state.id: state for state in self._steering.known(now)}
+        yield
+        found = []
+        for pair in predicted_conflicts(list(known.values()), limits, now):
+            brakes_s = max(map(self._braking_s, (known[pair.one], known[pair.other])))
+            if pair.in_s <= brakes_s:
+                found.append((pair.one, pair.other, f"{pair.level_m:.0f} m in {pair.in_s:.0f} s from"))
+        yield
+        states = [s for s in known.values() if not s.in_column and s.position_m[2] >= GROUND_M]
+        for one, other, level_m in _close_and_closing(states, limits):
+            found.append((one.id, other.id, f"{level_m:.0f} m and closing, from"))
+        self._hold_all_of(found)
+
+    def _stoppable(self) -> set[int]:
+        return {v.id for v in self._fleet.vehicles.values() if v.telemetry.airborne and self._may_stop(v)}
+
+    def _hold_all_of(self, found: list[tuple[int, int, str]]) -> None:
+        """Hold who may be stopped of these pairs, each once; with each pair stands what would happen."""
+        stoppable = self._stoppable() if found else set()  # a request may have been answered since the look began
+        for one, other, text in found:
             for number, partner in ((one, other), (other, one)):
                 if number in stoppable:
                     stoppable.discard(number)
@@ -62,18 +81,6 @@ class MissionSeparation:
                     words = f"{does}: {text} {vehicles_words([partner])}"
                     self._events.report(EventClass.MISSION, f"vehicle {number}", words, ALERT)
                     self._hold(vehicle, HELD)
-
-    def _too_close(self) -> Iterator[tuple[int, int, str]]:
-        """Pairs that must not go on, and what would happen."""
-        now, limits = self._clock.now(), self._guard.limits
-        known = {state.id: state for state in self._steering.known(now)}
-        for pair in predicted_conflicts(list(known.values()), limits, now):
-            brakes_s = max(map(self._braking_s, (known[pair.one], known[pair.other])))
-            if pair.in_s <= brakes_s:
-                yield pair.one, pair.other, f"{pair.level_m:.0f} m in {pair.in_s:.0f} s from"
-        states = [s for s in known.values() if not s.in_column and s.position_m[2] >= GROUND_M]
-        for one, other, level_m in _close_and_closing(states, limits):
-            yield one.id, other.id, f"{level_m:.0f} m and closing, from"
 
     def _braking_s(self, state: VehicleState) -> float:
         """Seconds from a look at the fleet until the vehicle stands: reaction, delay and braking."""

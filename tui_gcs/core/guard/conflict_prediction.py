@@ -40,8 +40,11 @@ def predicted_conflicts(states: list[VehicleState], limits: Limits, now: float) 
     wide_m, high_m = limits.separation_horizontal_m, limits.separation_vertical_m
     low, high = folded(np.minimum, goes_m), folded(np.maximum, goes_m)
     reach = np.array([wide_m, wide_m, high_m])
-    near = ((low[:, None] < high[None] + reach) & (high[:, None] > low[None] - reach)).all(axis=2)
-    ones, others = np.nonzero(np.triu(near, 1))
+    # Axis by axis: of 250 vehicles all axes in one array take five times as long.
+    below = np.ones((len(states), len(states)), dtype=np.bool_)
+    for axis in range(3):
+        below &= low[:, None, axis] < high[:, axis] + reach[axis]
+    ones, others = np.nonzero(np.triu(below & below.T, 1))
     gap = goes_m[ones] - goes_m[others]
     level_m = np.hypot(gap[..., 0], gap[..., 1])
     close = (level_m < wide_m) & (np.abs(gap[..., 2]) < high_m)
