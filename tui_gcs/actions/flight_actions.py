@@ -9,6 +9,8 @@ FILES = "Files"
 FLIGHT_ACTIONS = (
     action("enter", "enter", "open", "what happened in the flight; there: replay from the chosen moment", VIEW, 10),
     action("replay", "R", "replay", "the flight on the fly screen; q comes back", FILES, 9),
+    action("plot", "g", "plots", "values over time, of the marked ones or the chosen one; q comes back", FILES, 9),
+    action("mark", "m", "", "mark it for the plots, which join the marked ones by time; again: take it off", FILES),
     action("export", "e", "export", "its tracks as .csv, .kml or .gpx", FILES, 8),
     action("delete", "delete", "delete", "the recording and its journal; asks", FILES, 6),
     action("open_file", "plus", "open file", "a .tlog, .bin or .ulg from anywhere", FILES, 7),

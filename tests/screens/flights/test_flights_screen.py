@@ -121,10 +121,42 @@ async def test_replay_begins_where_the_chosen_entry_is(tmp_path: Path) -> None:
         await c.press("plus", *str(DATA / "arducopter-8.tlog"), "enter")
         await c.press("enter", "slash", *"reached command #2", "enter")
         commands: list[list[str]] = []
-        screen(c).files.run_replay = lambda command: commands.append(command) or 0
+        screen(c).files.run_program = lambda command: commands.append(command) or 0
         await c.press("enter")
         assert commands[0][3:] == ["replay", str(DATA / "arducopter-8.tlog"), "--at", "80.6"]
         assert "back from arducopter-8.tlog" in panel(c)
+
+
+async def test_the_chosen_recording_or_all_marked_ones_are_plotted(tmp_path: Path) -> None:
+    async with flights(tmp_path) as c:
+        commands: list[list[str]] = []
+        screen(c).files.run_program = lambda command: commands.append(command) or 0
+        chosen = [str(flight.path) for flight in screen(c).flight_list.rows]
+        assert "g plots" in c.line(-1)
+        await c.press("end", "g")
+        assert commands[-1][3:] == ["plot", chosen[2]] and "back from log-00012.bin" in panel(c)
+        await c.press("home", "m", "down", "m")
+        assert [line[1] for line in c.text().splitlines()[4:7]] == ["*", " ", "*"]
+        await c.press("g")
+        assert commands[-1][3:] == ["plot", chosen[0], chosen[2]] and "back from 2 recordings" in panel(c)
+        await c.press("home", "m", "end", "m", "home", "g")
+        assert commands[-1][3:] == ["plot", chosen[0]], "the marks are off again"
+
+
+async def test_plots_are_refused_while_something_is_armed_and_without_a_recording(tmp_path: Path) -> None:
+    async with flights(tmp_path) as c:
+        status = c.app.feed.status
+        assert status is not None
+        c.app.feed.status = msgspec.structs.replace(status, armed=3)
+        await c.press("g")
+        assert "3 armed: plot in another terminal: tui-gcs plot" in panel(c)
+        await c.press("enter", "m")
+        assert "marks are set in the list: Esc first" in panel(c)
+    async with flights(tmp_path, empty=True) as c:
+        await c.press("g")
+        assert "no flight is chosen" in panel(c)
+        await c.press("m")
+        assert "no flight is chosen" in panel(c)
 
 
 async def test_replay_is_refused_where_alarms_would_be_missed_or_nothing_can_be_shown(tmp_path: Path) -> None:

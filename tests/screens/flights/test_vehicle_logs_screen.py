@@ -83,6 +83,19 @@ async def test_the_newest_of_each_vehicle_are_downloaded_at_once_with_progress_a
         assert "FAILED: [b]no answer[/b]" in c.text()
 
 
+async def test_the_footer_names_what_can_be_done_next_and_what_a_download_waits_for() -> None:
+    async with listed(NARROW) as c:
+        assert "Enter download" in c.line(-1)
+        await c.pilot.press("enter")
+        await until(c, lambda: "Del cancel" in c.line(-1))
+        assert "Enter download" not in c.line(-1)
+        c.station.tasks[3] = msgspec.structs.replace(c.station.tasks[3], state="queued", text="vehicle 2: log 7")
+        await until(c, lambda: "waits for vehicle 2: log 7" in c.text())
+        c.station.results[3] = TaskResult(path="logs/vehicle-1/log-00012.bin")
+        c.station.end_task(3, "done", "")
+        await until(c, lambda: "Tab flights" in c.line(-1))
+
+
 async def test_a_download_is_cancelled_and_others_go_on() -> None:
     async with listed() as c:
         await c.press("delete")

@@ -1,10 +1,10 @@
-"""What the flights screen does with recordings: replay, export, delete, open, copy the path."""
+"""What the flights screen does with recordings: replay, plot, export, delete, open, copy the path."""
 
 import asyncio
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from textual.screen import Screen
@@ -38,8 +38,8 @@ class FlightFiles(ScreenEdits):
         """Work on the recordings of `archive`; `show` is called whenever something has changed."""
         super().__init__(host, feed, clock, glyphs, show)
         self._archive = archive
-        self.run_replay: Callable[[list[str]], int] = self._run_suspended
-        """Runs the command of a replay in this terminal; returns its exit code."""
+        self.run_program: Callable[[list[str]], int] = self._run_suspended
+        """Runs the command of a replay or of plots in this terminal; returns its exit code."""
 
     def replay(self, flight: RecordedFlight | None, at_s: float = 0.0) -> None:
         """Show a recording on the fly screen from `at_s` on; this console waits behind it."""
@@ -48,9 +48,29 @@ class FlightFiles(ScreenEdits):
             self.say(why, Ink.CAUTION)
             return
         command = [sys.executable, "-m", "tui_gcs", "replay", str(flight.path), "--at", f"{max(0.0, at_s):.1f}"]
-        code = self.run_replay(command)
-        name = clean(flight.path.name, 60)
-        self.say(f"back from {name}" if code == 0 else f"{name}: replay ended with exit code {code}", Ink.TEXT)
+        self._run(command, clean(flight.path.name, 60), "replay")
+
+    def plot(self, flights: Sequence[RecordedFlight]) -> None:
+        """Show values of these recordings over time, joined by their times; this console waits behind them."""
+        paths = [str(flight.path) for flight in flights]
+        if not paths:
+            self.say("no flight is chosen", Ink.CAUTION)
+        elif armed := self._armed():
+            self.say(
+                f"{armed} armed: plot in another terminal: tui-gcs plot {clean(' '.join(paths), 200)}", Ink.CAUTION
+            )
+        else:
+            names = clean(flights[0].path.name, 60) if len(flights) == 1 else f"{len(flights)} recordings"
+            self._run([sys.executable, "-m", "tui_gcs", "plot", *paths], names, "plots")
+
+    def _run(self, command: list[str], name: str, what: str) -> None:
+        code = self.run_program(command)
+        self.say(f"back from {name}" if code == 0 else f"{name}: {what} ended with exit code {code}", Ink.TEXT)
+
+    def _armed(self) -> int:
+        """How many vehicles are armed: nothing that covers this console is shown meanwhile."""
+        status = self._feed.status
+        return status.armed if status is not None and status.replay is None and not self._feed.station_lost else 0
 
     def _why_no_replay(self, flight: RecordedFlight | None) -> str:
         status = self._feed.status
@@ -61,12 +81,16 @@ class FlightFiles(ScreenEdits):
         if status is not None and status.replay is not None:
             return f"this is a replay: q leaves it, then tui-gcs replay {clean(str(flight.path), 200)}"
         # A replay shows one line of what flies: enough to notice what happens, not enough to fly by.
-        if status is not None and status.armed and not self._feed.station_lost:
-            return f"{status.armed} armed: replay in another terminal: tui-gcs replay {clean(str(flight.path), 200)}"
+        if armed := self._armed():
+            return f"{armed} armed: replay in another terminal: tui-gcs replay {clean(str(flight.path), 200)}"
         return ""
 
     def _run_suspended(self, command: list[str]) -> int:
         with self._host.app.suspend():
+            # A long recording is read for seconds before there is a picture.
+            if sys.__stdout__ is not None:
+                sys.__stdout__.write(f"tui-gcs {command[3]}: reading; q comes back\n")
+                sys.__stdout__.flush()
             return subprocess.run(command, check=False).returncode
 
     def export(self, flight: RecordedFlight, target: Path) -> None:

@@ -30,7 +30,9 @@ from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.flights.flight_lists import FlightList, FlightPanel, TimelineList, remark
 from tui_gcs.widgets.forms.prompt_bar import PromptBar
 
-OPENED_LABELS = {"enter": "replay", "replay": "", "next_severity": "severity", "cancel": "back"}
+LISTED_LABELS = {"select": ""}
+"""No vehicle is selected for what this screen does, and the smallest terminal has no room for it."""
+OPENED_LABELS = {"select": "", "enter": "replay", "replay": "", "next_severity": "severity", "cancel": "back"}
 """What keys do in an opened flight, for the footer."""
 SEVERITIES = {DEBUG: "", NOTICE: "notices", WARNING: "warnings", CRITICAL: "critical"}
 
@@ -106,7 +108,7 @@ class FlightsScreen(PolledScreen):
             set_title(self.flight_list, f"{title}   {find}" if find else title)
         else:
             self._show_timeline(*self._opened, words, find)
-        self.footer.relabel(OPENED_LABELS if self._opened is not None else {})
+        self.footer.relabel(OPENED_LABELS if self._opened is not None else LISTED_LABELS)
         flight = self._opened[0] if self._opened is not None else self.flight_list.chosen_row
         self.panel.show(flight, self._opened[1] if self._opened is not None else None, self.files.report)
 
@@ -169,6 +171,24 @@ class FlightsScreen(PolledScreen):
         entry: TimelineEntry | None = self.timeline_list.chosen_row if self._opened is not None else None
         at_s = entry.wall_s - self._opened[1].first_wall_s if self._opened is not None and entry is not None else 0.0
         self.files.replay(self._chosen, at_s)
+
+    def action_plot(self) -> None:
+        """Show values of the marked recordings over time, or of the chosen or opened one."""
+        marked = [flight for flight in self._flights if flight.path in self.flight_list.marked]
+        chosen = self._chosen
+        self.files.plot(marked or ([chosen] if chosen is not None else []))
+
+    def action_mark(self) -> None:
+        """Mark the chosen recording for the plots, or take its mark off, and go on to the next."""
+        flight = self.flight_list.chosen_row
+        if flight is None or self._opened is not None:
+            self.files.say(
+                "marks are set in the list: Esc first" if self._opened else "no flight is chosen", Ink.CAUTION
+            )
+            return
+        self.flight_list.marked ^= {flight.path}
+        self.flight_list.step(1)
+        self.show_all()
 
     def action_export(self) -> None:
         """Ask for the file that the tracks go to."""

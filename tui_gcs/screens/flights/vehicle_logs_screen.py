@@ -45,13 +45,14 @@ class VehicleLogsScreen(ListScreen):
         self.log_list = VehicleLogList(glyphs=glyphs)
         self.log_list.empty_text = "u asks the selected vehicles, or all, which logs they hold"
         self.panel = FlightPanel(glyphs=glyphs)
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="show_onboard")
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the list, the panel and the footer."""
         yield self.top_lines
         yield self.log_list
         yield self.panel
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_onboard")
+        yield self.footer
 
     def on_mount(self) -> None:
         """Begin to receive the feed's messages."""
@@ -78,9 +79,19 @@ class VehicleLogsScreen(ListScreen):
         if self.feed.station_lost:
             parts.append("STATION SILENT")
         set_title(self.log_list, "   ".join(parts))
+        self.footer.relabel(self._labels())
         self.panel.show(None, None, self.edits.report)
         shown = self.feed.shown_vehicles()
         set_title(self.panel, f"for {vehicles_words(shown)}" if shown else "no vehicle is heard yet")
+
+    def _labels(self) -> dict[str, str]:
+        """Return what the footer names first: cancelling what goes on, and where downloaded logs are."""
+        chosen = self._chosen
+        if chosen is not None and chosen.task is not None:
+            return {"download": "", "end_downloads": "cancel"}
+        if any(log.outcome is not None and log.outcome.ok for log in self.downloads.logs.values()):
+            return {"show_files": "flights"}
+        return {}
 
     def show_chosen(self) -> None:
         """Show the chosen row."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.judging.flight_timeline import FlightTimeline, TimelineEntry
@@ -23,6 +24,12 @@ class FlightList(RowsView[RecordedFlight]):
 
     DEFAULT_CSS = framed("FlightList", "width: 1fr; height: 1fr;")
 
+    def __init__(self, **options: object) -> None:
+        """Begin without recordings."""
+        super().__init__(**options)
+        self.marked: frozenset[Path] = frozenset()
+        """Recordings that the plots are for."""
+
     def header(self, width: int) -> Line:
         """Return the column titles."""
         head = f"  {'WHEN (UTC)':<16} {'OF':<{SOURCE_CELLS}} {'LENGTH':>7} {'SIZE':>6} {'VEHICLES':<{IDS_CELLS}}"
@@ -32,14 +39,16 @@ class FlightList(RowsView[RecordedFlight]):
         """Return a recording as a line."""
         mark = severity_mark(row.worst_severity)[0] if row.worst_alarm else " "
         mark = "!" if row.result.startswith("FAILED") else mark
+        chosen = "*" if row.path in self.marked else " "
         text = (
-            f" {mark}{utc_time(when_s(row)):<16} {cut(row.source, SOURCE_CELLS):<{SOURCE_CELLS}}"
+            f"{chosen}{mark}{utc_time(when_s(row)):<16} {cut(row.source, SOURCE_CELLS):<{SOURCE_CELLS}}"
             f" {length_words(row.length_s):>7} {size_words(row.size_bytes):>6}"
             f" {cut(ids(row.vehicles) or UNKNOWN, IDS_CELLS):<{IDS_CELLS}} {remark(row)}"
         )
         if is_chosen:
             return [(cut(text, width), Ink.SELECTED if mark == " " else Ink.SELECTED_CAUTION)]
-        return [(cut(text, width), Ink.TEXT if mark == " " else Ink.CAUTION)]
+        usual = Ink.BOLD if row.path in self.marked else Ink.TEXT
+        return [(cut(text, width), usual if mark == " " else Ink.CAUTION)]
 
 
 class TimelineList(RowsView[TimelineEntry]):

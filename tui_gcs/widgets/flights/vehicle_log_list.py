@@ -51,6 +51,8 @@ class VehicleLogList(RowsView[LogLine]):
 def download_words(task: TaskInfo | None, outcome: TaskOutcome | None) -> str:
     """How a download stands, or how the last one ended."""
     if task is not None:
+        if task.state == "queued":
+            return f"waits for {task.text}" if task.text else "waits"
         share = f" {100 * task.done // task.total} %" if task.total > 0 else ""
         return f"{task.state}{share}  {task.text}".rstrip()
     if outcome is None:
