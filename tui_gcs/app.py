@@ -228,7 +228,7 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.rehearsals.rehearsals_screen import RehearsalsScreen
 
         state = self.options.recordings.get(RunKind.SIM)
-        return RehearsalsScreen(self.feed, self.clock, state, self.commands.unapplied, glyphs=self.glyphs)
+        return RehearsalsScreen(self.feed, self.clock, state, self.commands.unapplied, self.notice, glyphs=self.glyphs)
 
     def _traffic_screen(self) -> Screen[None]:
         from tui_gcs.screens.traffic.traffic_screen import TrafficScreen

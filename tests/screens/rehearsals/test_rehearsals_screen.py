@@ -213,6 +213,30 @@ async def test_the_result_of_one_that_ends_is_chosen(tmp_path: Path) -> None:
         assert screen(c).rehearsal_list.chosen == 0 and "it has ended: FAILED 11/12" in panel(c)
 
 
+@pytest.mark.parametrize("passed", [True, False])
+async def test_on_another_screen_a_line_says_how_it_ended(tmp_path: Path, *, passed: bool) -> None:
+    async with rehearsals(tmp_path) as c:
+        await c.press("R", "enter")
+        await look(c)
+        rehearsals_screen = screen(c)
+        await c.press("f")
+        rehearsals_screen.look()
+        await c.settle()
+        assert "rehearsal of" not in c.told()
+        paper = rehearsals_screen.runs.job
+        assert isinstance(paper, PaperJob)
+        paper.end()
+        if passed:
+            remember(tmp_path / "sim" / FILE, RehearsalRecord("z", True, time.time(), "[b]swarm", 12, 12))
+        rehearsals_screen.look()
+        await c.settle()
+        told = "rehearsal of [b]swarm: passed 12/12" if passed else "swarm-challenge was NOT rehearsed: its process"
+        assert told in c.line(1) and told in c.told()
+        rehearsals_screen.look()
+        await c.settle()
+        assert c.told().count(told) == 1
+
+
 async def test_a_killed_process_is_said(tmp_path: Path) -> None:
     async with rehearsals(tmp_path) as c:
         await c.press("R", "enter")

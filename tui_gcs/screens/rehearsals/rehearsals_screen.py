@@ -12,11 +12,13 @@ from textual.binding import BindingType
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.rehearsal_actions import REHEARSAL_ACTIONS
-from tui_gcs.client.rehearsal_job import RehearsalJobState
+from tui_gcs.client.rehearsal_job import RehearsalJob, RehearsalJobState
 from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.records.rehearsal_files import read_gates, read_scenario_text, scenario_changes
 from tui_gcs.core.records.rehearsal_store import FILE, plan_digest, read_rehearsals
 from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.notices import Severity
 from tui_gcs.screens.common.polled_screen import PolledScreen
 from tui_gcs.screens.rehearsals.rehearsal_runs import RehearsalRuns
 from tui_gcs.widgets.basics.border_titles import set_title
@@ -64,13 +66,18 @@ class RehearsalsScreen(PolledScreen):
         clock: Clock,
         state: Path | None,
         unapplied: Callable[[], int],
+        tell: Callable[[str, Severity], None],
         *,
         glyphs: GlyphSet = UNICODE,
     ) -> None:
-        """Show the rehearsals below `state`, the state directory of SIM; see `RehearsalRuns.unapplied`."""
+        """Show the rehearsals below `state`, the state directory of SIM; see `RehearsalRuns.unapplied`.
+
+        `tell` shows a line on every screen: how a rehearsal ended while the operator was looking at another one.
+        """
         super().__init__(feed)
         self._glyphs = glyphs
         self._state = state
+        self._tell = tell
         self._rows: tuple[RehearsalRow, ...] = ()
         self._detail = RehearsalDetail()
         self._job: RehearsalJobState | None = None
@@ -99,6 +106,30 @@ class RehearsalsScreen(PolledScreen):
     def look_again(self) -> None:
         """Look at once."""
         self.look()
+
+    def look(self) -> None:
+        """Look at all rehearsals; while another screen is shown only whether the one under way has ended."""
+        if self.is_current:
+            super().look()
+        elif self._job is not None and self._job.running and self.runs.job is not None and not self._is_looking:
+            self._is_looking = True
+            self.run_worker(self._look_for_end(self._job, self.runs.job), group="look", exit_on_error=False)
+
+    async def _look_for_end(self, before: RehearsalJobState, job: RehearsalJob) -> None:
+        try:
+            now = await asyncio.to_thread(job.look)
+            if now is not None and now.running:
+                return
+            self._rows, self._job = await asyncio.to_thread(self._read)
+            self._note_end(before)
+            if self._has_result(before):
+                record = self._rows[0].record
+                level = Severity.NORMAL if record.passed else Severity.CAUTION
+                self._tell(f"rehearsal of {clean(record.scenario, 40)}: {result_words(record)}", level)
+            elif self._job is not None and not self._job.cancelled:
+                self._tell(self._job_texts()[0][0], Severity.CAUTION)
+        finally:
+            self._is_looking = False
 
     async def ask_station(self) -> None:
         """Read the rehearsals and the one under way. The station is not asked: they are files."""
