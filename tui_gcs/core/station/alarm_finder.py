@@ -83,8 +83,10 @@ class AlarmFinder:
         for first in range(0, len(vehicles), VEHICLES_AT_ONCE):
             few = vehicles[first : first + VEHICLES_AT_ONCE]
             yield [finding for vehicle in few for finding in self._vehicle(vehicle, now)]
-        yield [*self._outside(flying), *self._close(), *self._unreached(vehicles)]
-        yield [*self._closing(now), *self._traffic(flying, now)]
+        yield [*self._outside(flying), *self._close()]
+        yield [*self._unreached(vehicles)]
+        yield [*self._closing(now)]
+        yield [*self._traffic(flying, now)]
         yield [*self._stops(), *self._kept(), *self._teams(), *self._held(), *self._machines()]
 
     def _absent(self) -> Iterator[AlarmFinding]:
