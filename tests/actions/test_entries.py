@@ -4,7 +4,7 @@ import pytest
 
 from tui_gcs.actions.action import APP
 from tui_gcs.actions.action_context import ActionContext
-from tui_gcs.actions.palette.entries import entries_of, found, order_entries
+from tui_gcs.actions.palette.entries import OTHER_WORDS, entries_of, found, order_entries
 from tui_gcs.actions.table import APP_ACTIONS, MENU_SCREENS
 
 CONTEXT = ActionContext()
@@ -20,10 +20,20 @@ ENTRIES = [*order_entries(CONTEXT), *entries_of(APP_ACTIONS, APP, CONTEXT)]
         ("param", "show parameters"),
         ("log", "show onboard"),
         ("link", "show links"),
+        ("preflight", "show checks"),
+        ("pre-flight", "show checks"),
+        ("quit", "detach"),
+        ("exit", "detach"),
+        ("map", "show fly"),
+        ("help", "show help"),
+        ("calibrate", "show setup"),
+        ("mavlink", "show inspector"),
+        ("adsb", "show traffic"),
+        ("people", "show tasks"),
         *((name, f"show {name}") for name in ("fly", "plan", "vehicles", "journal", "alarms", "checks", "planners")),
     ],
 )
-def test_the_first_that_is_found_is_the_screen(typed: str, name: str) -> None:
+def test_the_first_that_is_found_is_what_is_meant(typed: str, name: str) -> None:
     assert found(ENTRIES, typed)[0].name == name
 
 
@@ -35,3 +45,8 @@ def test_a_part_of_a_word_is_found_after_words_that_begin_so() -> None:
 def test_a_whole_name_comes_first_also_when_it_can_do_nothing_now() -> None:
     first = found(ENTRIES, "return")[0]
     assert first.name == "return" and first.why_not, "no vehicle is selected: it must not become `return all`"
+
+
+def test_an_action_is_found_by_what_other_stations_call_it() -> None:
+    assert set(OTHER_WORDS) <= {action.id for action in APP_ACTIONS}
+    assert "return all" in [entry.name for entry in found(ENTRIES, "rtl")]

@@ -12,6 +12,21 @@ NO_ENTRY = frozenset({"digit", "enter", "cancel", "palette", "leave", "form"})
 """Actions that only make sense as keys."""
 SHOW = "show "
 """How the names of the actions begin that show a screen."""
+OTHER_WORDS = {
+    "detach": "quit exit leave",
+    "next_theme": "night day contrast",
+    "return_all": "rtl rth home",
+    "show_checks": "preflight pre-flight arming checklist",
+    "show_fly": "map",
+    "show_inspector": "mavlink",
+    "show_journal": "events messages",
+    "show_onboard": "download dataflash",
+    "show_plots": "graph chart",
+    "show_setup": "calibrate configuration compass accelerometer",
+    "show_tasks": "people control users",
+    "show_traffic": "adsb intruders",
+}
+"""Words that operators of other stations type for an action, by its id."""
 
 
 @dataclass(frozen=True)
@@ -24,15 +39,17 @@ class Entry:
     run: str
     """The Textual action string that does it."""
     why_not: str = ""
+    other_words: str = ""
+    """What else it is called."""
 
     def matches(self, words: Iterable[str]) -> bool:
         """Whether the name and help contain every word."""
-        text = f"{self.name} {self.help}".casefold()
+        text = f"{self.name} {self.help} {self.other_words}".casefold()
         return all(word in text for word in words)
 
     def begins_words(self, words: Iterable[str]) -> bool:
         """Whether every word begins a word of the name or the help."""
-        text = f"{self.name} {self.help}".casefold()
+        text = f"{self.name} {self.help} {self.other_words}".casefold()
         return all(re.search(rf"\b{re.escape(word)}", text) for word in words)
 
 
@@ -46,6 +63,7 @@ def entries_of(actions: Iterable[ConsoleAction], scope: str, context: ActionCont
             action.help,
             f"{where}.{action.call}",
             refusal(action, context),
+            OTHER_WORDS.get(action.id, ""),
         )
         for action in actions
         if action.help and action.id not in NO_ENTRY

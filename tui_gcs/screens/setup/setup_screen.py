@@ -107,7 +107,7 @@ class SetupScreen(PolledScreen):
         self.field_list.vehicles = vehicles
         self.field_list.show_kept(self.watch_setup.fields, lambda row: row.key)
         set_title(self.section_list, vehicles_words(vehicles) if vehicles else "setup")
-        all_ = "" if self.feed.selection.ids else "   looking only: s selects which are set up"
+        all_ = "" if self.feed.selection.ids else "   looking only: s selects vehicles"
         set_title(self.field_list, f"{self.section}{all_}{silent}")
         self.footer.relabel(self._labels())
         self.panel.show(
