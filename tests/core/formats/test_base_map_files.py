@@ -1,18 +1,22 @@
 """Base maps: PMTiles and MBTiles of vector tiles; lines by kind in degrees; files that are none, damaged or hostile."""
 
 import gzip
+import random
 import sqlite3
 import sys
 from pathlib import Path
 
+import mapbox_vector_tile
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mapbox_vector_tile.Mapbox import vector_tile_pb2
 from pmtiles.tile import Compression, TileType
 
 from tests.rigs.base_maps import LAT_DEG, LON_DEG, tile, write_mbtiles, write_pmtiles
 from tui_gcs.core.formats.base_map_files import (
+    MAX_NUMBERS,
     MAX_TILE_BYTES,
     NO_LIBRARY,
     GroundKind,
@@ -107,6 +111,40 @@ def test_no_byte_of_a_pmtiles_file_does_harm(tmp_path_factory: pytest.TempPathFa
         assert "\n" not in str(error)
     else:
         base_map.tile(TOWN)
+
+
+def test_a_line_of_millions_of_points_is_left_out_before_it_is_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Decoded by the library, 8 MB of such a line took 6 s and 860 MB."""
+    monkeypatch.setattr(mapbox_vector_tile.decoder.TileData, "parse_geometry", counted := CountedGeometry())
+    message = vector_tile_pb2.tile.FromString(tile())
+    bomb = message.layers.add(name="water", version=2, extent=4096).features.add(type=2)
+    bomb.geometry.extend([9, 0, 0, (MAX_NUMBERS << 3) | 2, *(1, 2) * MAX_NUMBERS])
+    path = write_pmtiles(tmp_path / "town", gzip.compress(message.SerializeToString()), zooms=range(14, 15))
+    base_map = read_base_map(path)
+    base_map.tile(TOWN)
+    assert base_map.damaged == 0 and counted.longest < MAX_NUMBERS
+
+
+class CountedGeometry:
+    """In the place of the library's decoder of lines: notes the longest one, finds no line in any."""
+
+    longest = 0
+
+    def __call__(self, geom: list[int], **_: object) -> dict[str, object]:
+        self.longest = max(self.longest, len(geom))
+        return {"type": "LineString", "coordinates": []}
+
+
+@pytest.mark.parametrize("length", [30, 300])
+def test_a_file_that_is_overwritten_with_a_shorter_one_ends_nothing(tmp_path: Path, length: int) -> None:
+    """Mapped into memory, the first look at what is gone would have ended the console."""
+    path = write_pmtiles(tmp_path / "town", gzip.compress(tile() + random.Random(1).randbytes(40_000)))
+    base_map = read_base_map(path)
+    with path.open("r+b") as file:
+        file.truncate(length)
+    assert base_map.tile(TOWN) == {} and base_map.damaged == 1
 
 
 def refused(path: Path) -> str:

@@ -1,15 +1,21 @@
 """The keys of the map and of the display, and a terminal that stops reading."""
 
+import asyncio
+from pathlib import Path
+
 import msgspec
 import pytest
 from rich.color import ColorSystem
 
+from tests.rigs.base_maps import base_map_file, write_mbtiles
 from tests.screens.rigs.console import NARROW, console
 from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.meter import metered
 from tests.widgets.map.test_map_more import PLANE as ANYWHERE
+from tui_gcs.core.formats.base_map_files import read_base_map
 from tui_gcs.screens.common.layers_dialog import LayersDialog
 from tui_gcs.terminal.private import diff_app
+from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_layers import Layer
 
 PLANE = msgspec.structs.replace(ANYWHERE, lat_deg=52.0735, lon_deg=-0.6235)
@@ -40,6 +46,41 @@ async def test_keys_of_the_map_change_the_view_and_command_nothing() -> None:
         await c.press("escape")
         assert c.app.screen is c.fly
         assert c.station.commands() == []
+
+
+async def test_a_base_map_is_switched_by_keys_and_stays_on_each_map_of_the_console(tmp_path: Path) -> None:
+    async with console(NARROW, flight, base_map=read_base_map(base_map_file(tmp_path))) as c:
+        fly = c.fly
+
+        async def shown() -> set[int]:
+            """The inks of the base map on the present screen, once all of its tiles are read."""
+            view = c.app.screen.map_view
+            while (thread := view.content.base_map._thread) is not None:
+                await asyncio.to_thread(thread.join)
+            await c.settle()
+            return set(view._cells.inks.flat) & {Ink.WATER, Ink.ROAD, Ink.BUILDING, Ink.CONTOUR}
+
+        assert Ink.WATER in await shown()
+        await c.press("L")
+        assert "b [x] base map  " in c.text()
+        await c.press("b", "escape")
+        assert await shown() == set()
+        await c.press("L", "b", "escape")
+        await c.press("p")
+        assert c.app.screen is not fly and Ink.WATER in await shown()
+        await c.press("f", "plus")
+        assert c.app.screen is fly and Ink.WATER in await shown()
+        assert c.station.commands() == []
+
+
+async def test_the_layers_say_why_no_base_map_is_seen(tmp_path: Path) -> None:
+    elsewhere = write_mbtiles(tmp_path / "elsewhere", b"", zooms=range(5, 6))
+    async with console(NARROW, flight, base_map=read_base_map(elsewhere)) as c:
+        while (thread := c.fly.map_view.content.base_map._thread) is not None:
+            await asyncio.to_thread(thread.join)
+        await c.settle()
+        await c.press("L")
+        assert "b [x] base map: nothing here" in c.text()
 
 
 async def test_traffic_that_the_station_hears_of_comes_onto_the_map() -> None:

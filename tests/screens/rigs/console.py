@@ -13,6 +13,7 @@ from tui_gcs.client.user_settings import SettingsInUse
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.console.parts import ConsoleOptions
 from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.formats.base_map_files import BaseMap
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Note, RunKind
 from tui_gcs.screens.fly.fly_screen import FlyScreen
@@ -94,6 +95,7 @@ async def console(
     own_commands: Mapping[str, str] | None = None,
     settings: SettingsInUse | None = None,
     recordings: Mapping[str, Path] | None = None,
+    base_map: BaseMap | None = None,
 ) -> AsyncIterator[Console]:
     """A running console on a station that `prepare` has set up."""
     bus = MemoryBus()
@@ -110,6 +112,7 @@ async def console(
             read_only=read_only,
             groups=groups,
             recordings=recordings or {},
+            base_map=base_map,
             own_commands=OwnCommands(own_commands) if own_commands else None,
             settings=settings or SettingsInUse(),
         ),

@@ -15,7 +15,8 @@ from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.scenario.load import load
 from tui_gcs.widgets.basics.glyphs import ASCII, UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.map.base_map_layer import BaseMapTiles, draw_base_map, tiles_in_view
+from tui_gcs.widgets.map import base_map_layer
+from tui_gcs.widgets.map.base_map_layer import BaseMapState, BaseMapTiles, draw_base_map, tiles_in_view
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_raster import DotRaster
 from tui_gcs.widgets.map.map_view import MapView
@@ -35,16 +36,18 @@ def all_read(tiles: BaseMapTiles) -> None:
 def inks(tiles: BaseMapTiles, view: Viewport) -> set[int]:
     draw_base_map(tiles, view, FRAME)
     all_read(tiles)
-    return set(np.unique(draw_base_map(tiles, view, FRAME).inks).tolist()) - {Ink.BLANK}
+    return set(np.unique(draw_base_map(tiles, view, FRAME)[0].inks).tolist()) - {Ink.BLANK}
 
 
 def test_nothing_is_drawn_until_a_tile_is_read_and_each_is_read_once(tmp_path: Path) -> None:
     tiles = BaseMapTiles(read_base_map(base_map_file(tmp_path)))
     told: list[int] = []
     tiles.listen(lambda: told.append(1))
-    assert not draw_base_map(tiles, CLOSE, FRAME).dots.any()
+    raster, state = draw_base_map(tiles, CLOSE, FRAME)
+    assert not raster.dots.any() and state is BaseMapState.READING
     all_read(tiles)
-    assert draw_base_map(tiles, CLOSE, FRAME).dots.any()
+    raster, state = draw_base_map(tiles, CLOSE, FRAME)
+    assert raster.dots.any() and state is BaseMapState.SHOWN
     assert tiles._thread is None and len(told) == len(list(tiles_in_view(tiles.base_map, CLOSE, FRAME)))
 
 
@@ -58,7 +61,49 @@ def test_where_the_view_is_far_wider_than_the_file_nothing_is_read(tmp_path: Pat
     tiles = BaseMapTiles(read_base_map(base_map_file(tmp_path)))
     world = Viewport((0.0, 0.0), 20_000.0, 100, 34)
     assert list(tiles_in_view(tiles.base_map, world, FRAME)) == []
-    assert not draw_base_map(tiles, world, FRAME).dots.any()
+    raster, state = draw_base_map(tiles, world, FRAME)
+    assert not raster.dots.any() and state is BaseMapState.TOO_FAR
+
+
+def test_another_map_that_has_its_tiles_does_not_cancel_the_reading_for_this_one(tmp_path: Path) -> None:
+    tiles = BaseMapTiles(read_base_map(base_map_file(tmp_path)))
+    draw_base_map(tiles, CLOSE, FRAME, "plan")
+    all_read(tiles)
+    with tiles.base_map._lock:  # the thread waits at its first tile
+        draw_base_map(tiles, FAR, FRAME, "fly")
+        draw_base_map(tiles, CLOSE, FRAME, "plan")
+    all_read(tiles)
+    assert all(place in tiles._kept for place in tiles_in_view(tiles.base_map, FAR, FRAME))
+
+
+def test_a_map_that_has_moved_on_wants_only_what_it_shows_now(tmp_path: Path) -> None:
+    tiles = BaseMapTiles(read_base_map(base_map_file(tmp_path)))
+    with tiles.base_map._lock:
+        draw_base_map(tiles, CLOSE, FRAME, "fly")
+        draw_base_map(tiles, FAR, FRAME, "fly")
+    all_read(tiles)
+    assert len(set(tiles_in_view(tiles.base_map, CLOSE, FRAME)) & tiles._kept.keys()) <= 1, "the one under way"
+
+
+def test_where_the_file_has_nothing_or_is_damaged_the_state_says_so(tmp_path: Path) -> None:
+    elsewhere = LocalFrame(Origin(10.0, 10.0, 0.0))
+    for data, frame, state in (
+        (gzip.compress(tile()), elsewhere, BaseMapState.NOTHING_HERE),
+        (b"\x1f\x8b\x08", FRAME, BaseMapState.DAMAGED),
+    ):
+        tiles = BaseMapTiles(read_base_map(write_mbtiles(tmp_path / state.name, data)))
+        draw_base_map(tiles, CLOSE, frame)
+        all_read(tiles)
+        assert draw_base_map(tiles, CLOSE, frame)[1] is state
+
+
+def test_tiles_used_last_are_kept_and_pieces_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(base_map_layer, "MAX_KEPT_PIECES", 30)  # of two tiles with 13 each
+    tiles = BaseMapTiles(read_base_map(base_map_file(tmp_path)))
+    draw_base_map(tiles, CLOSE, FRAME)
+    wanted = len(list(tiles_in_view(tiles.base_map, CLOSE, FRAME)))
+    all_read(tiles)
+    assert wanted > 2 == len(tiles._kept) and tiles._pieces == 26
 
 
 @pytest.mark.parametrize("lat_deg", [-84.0, 0.0, 84.0])
@@ -99,6 +144,7 @@ async def test_picture_with_a_base_map(tmp_path: Path, size: tuple[int, int], gl
         shown = picture(app)
         assert HOSTILE[:6] not in shown
         assert same_as_snapshot(f"base-map-{glyphs.dots}-{size[0]}x{size[1]}", shown)
+        assert view.base_map_state is BaseMapState.SHOWN
         view.toggle_layer(Layer.BASE_MAP)
         await pilot.pause()
         assert picture(app) != shown

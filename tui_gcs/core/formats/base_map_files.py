@@ -29,8 +29,11 @@ MAX_TILE_BYTES = 8 << 20
 """Of one tile, unpacked; those of towns are below 1 MB."""
 MAX_DIRECTORY_BYTES = 1 << 20
 """Of one PMTiles directory, unpacked: some 100,000 entries; writers begin another one after some thousand."""
-MAX_SEGMENTS = 200_000
-"""Straight pieces of one tile; more are left out."""
+MAX_NUMBERS = 1_000_000
+"""Of coordinates and properties in one tile, before it is decoded; lines beyond are left out. The centre of Florence
+has 220,000. As lists of Python they take a hundred times the room that they have in the tile: 8 MB became 860 MB."""
+MAX_SEGMENTS = 100_000
+"""Straight pieces of one tile; more are left out. The centre of Florence has 49,000."""
 MAX_ZOOM = 22
 SQL_STEPS = 100_000
 """Virtual machine steps of SQLite after which a query is given up: a tile is found by its index in a few hundred."""
@@ -144,11 +147,9 @@ def _need_libraries() -> None:
 
 def _pmtiles(path: Path) -> _TileSource:
     """Open a PMTiles file. Raises FormatError."""
-    from pmtiles.reader import MmapSource
     from pmtiles.tile import Compression, SpecVersionUnsupported, TileType, deserialize_header
 
-    with path.open("rb") as file:
-        get_bytes = MmapSource(file)
+    get_bytes = _reader(path)
     try:
         header = deserialize_header(get_bytes(0, 127))
     except SpecVersionUnsupported:
@@ -162,6 +163,26 @@ def _pmtiles(path: Path) -> _TileSource:
     if header["tile_compression"] not in (Compression.GZIP, Compression.NONE):
         raise FormatError("its tiles are packed with brotli or zstd: gzip or none is needed")
     return _TileSource(lambda place: _pmtiles_tile(get_bytes, header, place), header["min_zoom"], header["max_zoom"])
+
+
+def _reader(path: Path) -> Callable[[int, int], bytes]:
+    """Return a function for so many bytes from an offset of the file, which stays open. Both raise FormatError.
+
+    The library would map the file into memory: writing a shorter one over it then ends the whole console (SIGBUS).
+    """
+    try:
+        file = open_plain(path)
+    except OSError as error:
+        raise FormatError(error.strerror or "cannot be read") from None
+
+    def get_bytes(offset: int, length: int) -> bytes:
+        try:
+            file.seek(offset)
+            return file.read(max(length, 0))
+        except (OSError, ValueError, OverflowError) as error:
+            raise FormatError(f"damaged: {clean(str(error), 60)}") from None
+
+    return get_bytes
 
 
 def _pmtiles_tile(get_bytes: Callable[[int, int], bytes], header: Any, place: TileId) -> bytes | None:
@@ -180,7 +201,10 @@ def _pmtiles_tile(get_bytes: Callable[[int, int], bytes], header: Any, place: Ti
         if found is None:
             return None
         if found.run_length > 0:
-            return get_bytes(header["tile_data_offset"] + found.offset, min(found.length, MAX_TILE_BYTES + 1))
+            data = get_bytes(header["tile_data_offset"] + found.offset, min(found.length, MAX_TILE_BYTES + 1))
+            if len(data) < found.length:
+                raise FormatError("damaged: the file is cut off, or a tile is too large")
+            return data
         offset, length = header["leaf_directory_offset"] + found.offset, found.length
     return None
 
@@ -238,10 +262,7 @@ def _lines_of(data: bytes, place: TileId) -> Tile:
 
     try:
         message = vector_tile_pb2.tile.FromString(data)
-        # Names and points of interest are most of many tiles: they are not decoded.
-        for number in reversed(range(len(message.layers))):
-            if message.layers[number].name not in LAYER_KINDS:
-                del message.layers[number]
+        _keep_lines(message)
         layers = mapbox_vector_tile.decode(message.SerializeToString(), default_options={"y_coord_down": True})
     except (DecodeError, ValueError, IndexError, KeyError, AssertionError, OverflowError, MemoryError) as error:
         raise FormatError(f"a damaged tile: {clean(str(error), 60)}") from None
@@ -256,6 +277,29 @@ def _lines_of(data: bytes, place: TileId) -> Tile:
                 if len(pieces) and count <= MAX_SEGMENTS:
                     found.setdefault(_kind(name, feature["properties"]), []).append(pieces)
     return {kind: _to_degrees(np.concatenate(pieces), place) for kind, pieces in found.items()}
+
+
+def _keep_lines(message: Any) -> None:
+    """Remove from a parsed tile what is not drawn and what is too much, so that neither is decoded.
+
+    Names and points of interest are most of many tiles. Only roads have properties that matter.
+    """
+    left = MAX_NUMBERS
+    for number in reversed(range(len(message.layers))):
+        layer = message.layers[number]
+        if layer.name not in LAYER_KINDS:
+            del message.layers[number]
+            continue
+        is_road = LAYER_KINDS[layer.name] is GroundKind.ROAD
+        kept = 0
+        for feature in layer.features:
+            if not is_road:
+                feature.ClearField("tags")
+            left -= 2 + len(feature.geometry) + len(feature.tags)
+            if left < 0:
+                break
+            kept += 1
+        del layer.features[kept:]
 
 
 def _kind(layer: str, properties: dict[str, Any]) -> GroundKind:

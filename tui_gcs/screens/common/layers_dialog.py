@@ -12,6 +12,7 @@ from tui_gcs.widgets.map.map_view import MapView
 
 NUMBERS = "1234567890b"
 """The keys of the layers, in their order."""
+REFRESH_S = 0.5
 
 
 class LayerLines(LinesView):
@@ -30,7 +31,9 @@ class LayerLines(LinesView):
         for number, layer in zip(NUMBERS, Layer, strict=True):
             on = layer not in self._map_view.content.hidden
             ink = Ink.TEXT if on else Ink.MUTED
-            shown.append([(f" {number} ", Ink.BOLD), (f"[{'x' if on else ' '}] {layer}", ink)])
+            why = self._map_view.base_map_state if layer is Layer.BASE_MAP else ""
+            words = f"{layer}: {why}" if why else layer
+            shown.append([(f" {number} ", Ink.BOLD), (f"[{'x' if on else ' '}] {words}", ink)])
         return [*shown, [(" number: on, off   Esc: close", Ink.MUTED)]]
 
 
@@ -51,6 +54,8 @@ class LayersDialog(ModalScreen[None]):
     def on_mount(self) -> None:
         """Name the box that holds the list."""
         set_title(self._layer_lines, "layers of the map")
+        # Tiles of a base map are read meanwhile.
+        self.set_interval(REFRESH_S, self._layer_lines.update_lines)
 
     def on_key(self, event: Key) -> None:
         """Switch a layer by its number; Escape, Enter and q close."""

@@ -8,6 +8,7 @@ import math
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
+from enum import StrEnum
 
 import numpy as np
 
@@ -24,6 +25,8 @@ LEAST_TILE_DOTS = 128
 MAX_IN_VIEW = 40
 """With more tiles in view the file has none for so far a look; nothing of it is drawn."""
 MAX_KEPT = 96
+MAX_KEPT_PIECES = 4_000_000
+"""Of all tiles that are kept, 130 MB: what `MAX_IN_VIEW` tiles have at most, so that no view drops its own."""
 FINEST_M_PER_DOT = {
     GroundKind.BUILDING: 1.5,
     GroundKind.CONTOUR: 15.0,
@@ -42,13 +45,29 @@ LOOKS: dict[GroundKind, tuple[Ink, tuple[float, float]]] = {
 """Ink, and dots on and off."""
 
 
+class BaseMapState(StrEnum):
+    """Why a map shows what it shows of its base map, in the operator's words."""
+
+    SHOWN = ""
+    NO_FILE = "no file"
+    TOO_FAR = "zoom in"
+    """More tiles would be needed than are read."""
+    READING = "reading"
+    NOTHING_HERE = "nothing here"
+    """The file covers another region, or has none of the layers that are drawn."""
+    DAMAGED = "damaged"
+
+
 class BaseMapTiles:
-    """The tiles of a base map that are needed now: those in view first, read on a thread."""
+    """The tiles of a base map that its maps need now: those in view first, read on a thread."""
 
     def __init__(self, base_map: BaseMap) -> None:
         self.base_map = base_map
         self._kept: OrderedDict[TileId, Tile] = OrderedDict()
-        self._wanted: list[TileId] = []
+        self._pieces = 0
+        """Of all tiles that are kept."""
+        self._wanted: dict[object, list[TileId]] = {}
+        """The tiles that each map still lacks."""
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._listeners: list[Callable[[], None]] = []
@@ -57,40 +76,64 @@ class BaseMapTiles:
         """Call `listener`, on the thread, whenever another tile is there."""
         self._listeners.append(listener)
 
-    def ready(self, places: Sequence[TileId]) -> list[Tile]:
-        """The tiles of `places` that are there; the others are read, and those wanted before are not any more."""
+    def ready(self, places: Sequence[TileId], viewer: object) -> list[Tile]:
+        """The tiles of `places` that are there; the others are read, and what this viewer wanted before no longer is.
+
+        `viewer` stands for one map: another one that already has its tiles must not cancel the reading for this one.
+        """
         with self._lock:
             found = [self._kept[place] for place in places if place in self._kept]
             for place in places:
                 if place in self._kept:
                     self._kept.move_to_end(place)
-            self._wanted = [place for place in places if place not in self._kept]
-            if self._wanted and self._thread is None:
-                self._thread = threading.Thread(target=self._read, name="base map", daemon=True)
-                self._thread.start()
+            self._wanted.pop(viewer, None)
+            if missing := [place for place in places if place not in self._kept]:
+                self._wanted[viewer] = missing
+                if self._thread is None:
+                    self._thread = threading.Thread(target=self._read, name="base map", daemon=True)
+                    self._thread.start()
         return found
 
     def _read(self) -> None:
         """Read what is wanted, until nothing is."""
-        while True:
-            with self._lock:
-                if not self._wanted:
-                    self._thread = None
-                    return
-                place = self._wanted.pop(0)
+        while (place := self._next()) is not None:
             tile = self.base_map.tile(place)
             with self._lock:
-                self._kept[place] = tile
-                while len(self._kept) > MAX_KEPT:
-                    self._kept.popitem(last=False)
+                self._keep(place, tile)
             for listener in self._listeners:
                 listener()
 
+    def _next(self) -> TileId | None:
+        """The tile to be read next, for the map that was drawn last; None ends the thread."""
+        with self._lock:
+            while self._wanted:
+                viewer, places = next(reversed(self._wanted.items()))
+                while places:
+                    if (place := places.pop(0)) not in self._kept:
+                        return place
+                del self._wanted[viewer]
+            self._thread = None
+            return None
 
-def draw_base_map(tiles: BaseMapTiles, view: Viewport, frame: LocalFrame) -> DotRaster:
-    """Draw what is there of the base map in this view; the rest is asked for."""
+    def _keep(self, place: TileId, tile: Tile) -> None:
+        self._kept[place] = tile
+        self._pieces += _count(tile)
+        while len(self._kept) > MAX_KEPT or self._pieces > MAX_KEPT_PIECES:
+            _, dropped = self._kept.popitem(last=False)
+            self._pieces -= _count(dropped)
+
+
+def _count(tile: Tile) -> int:
+    return sum(len(pieces) for pieces in tile.values())
+
+
+def draw_base_map(
+    tiles: BaseMapTiles, view: Viewport, frame: LocalFrame, viewer: object = None
+) -> tuple[DotRaster, BaseMapState]:
+    """Draw what is there of the base map in this view; the rest is asked for. `viewer` stands for the map."""
     raster = DotRaster(view.columns, view.rows)
-    there = tiles.ready(list(tiles_in_view(tiles.base_map, view, frame)))
+    needed = list(tiles_in_view(tiles.base_map, view, frame))
+    there = tiles.ready(needed, viewer)
     for kind, coarsest in FINEST_M_PER_DOT.items():
         lines = [tile[kind] for tile in there if kind in tile]
         if not lines or view.m_per_dot > coarsest:
@@ -100,7 +143,17 @@ def draw_base_map(tiles: BaseMapTiles, view: Viewport, frame: LocalFrame) -> Dot
         ends = np.stack(frame.to_enu(pieces[:, 2], pieces[:, 3]), axis=1)
         ink, dash = LOOKS[kind]
         raster.segments(view.to_dots(begins), view.to_dots(ends), ink, dash=dash)
-    return raster
+    return raster, _state(tiles, needed, there)
+
+
+def _state(tiles: BaseMapTiles, needed: Sequence[TileId], there: Sequence[Tile]) -> BaseMapState:
+    if not needed:
+        return BaseMapState.TOO_FAR
+    if any(there):
+        return BaseMapState.SHOWN
+    if len(there) < len(needed):
+        return BaseMapState.READING
+    return BaseMapState.DAMAGED if tiles.base_map.damaged else BaseMapState.NOTHING_HERE
 
 
 def tiles_in_view(base_map: BaseMap, view: Viewport, frame: LocalFrame) -> Iterator[TileId]:

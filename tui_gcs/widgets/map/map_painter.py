@@ -15,7 +15,7 @@ from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import TOUR_INKS, Ink
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
 from tui_gcs.widgets.map import map_scene
-from tui_gcs.widgets.map.base_map_layer import BaseMapTiles, draw_base_map
+from tui_gcs.widgets.map.base_map_layer import BaseMapState, BaseMapTiles, draw_base_map
 from tui_gcs.widgets.map.map_drawings import MapLine, MapWord, draw_lines, words_at
 from tui_gcs.widgets.map.map_goals import draw_goals, goal_words
 from tui_gcs.widgets.map.map_grid import draw_grid, scale_word
@@ -92,6 +92,7 @@ class MapPainter:
         self._background: DotRaster | None = None
         self._base: DotRaster | None = None
         """The base map in the present view."""
+        self.base_map_state = BaseMapState.NO_FILE
 
     def forget_background(self) -> None:
         """Paint everything anew next time: the view or something that does not move has changed."""
@@ -102,7 +103,7 @@ class MapPainter:
         hidden = content.hidden
         if self._background is None:
             self._background = _background(content, view)
-            self._base = _base_map(content, view)
+            self._paint_base_map(content, view)
         # Drawing all zones anew takes ten times as long as the rest of a frame (docs/terminal.md C4).
         raster = self._background.copy()
         if Layer.TRAILS not in hidden:
@@ -144,11 +145,13 @@ class MapPainter:
             cells.place(word)
         return cells
 
-
-def _base_map(content: MapContent, view: Viewport) -> DotRaster | None:
-    if content.base_map is None or content.origin is None or Layer.BASE_MAP in content.hidden:
-        return None
-    return draw_base_map(content.base_map, view, LocalFrame(content.origin))
+    def _paint_base_map(self, content: MapContent, view: Viewport) -> None:
+        """Draw the base map's tiles that are there, or nothing, and note why."""
+        self._base = None
+        self.base_map_state = BaseMapState.NO_FILE if content.base_map is None else BaseMapState.SHOWN
+        if content.base_map is not None and content.origin is not None and Layer.BASE_MAP not in content.hidden:
+            frame = LocalFrame(content.origin)
+            self._base, self.base_map_state = draw_base_map(content.base_map, view, frame, self)
 
 
 def _background(content: MapContent, view: Viewport) -> DotRaster:

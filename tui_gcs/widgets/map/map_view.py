@@ -24,7 +24,7 @@ from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet, next_dots
 from tui_gcs.widgets.basics.strips import cells_to_strip
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
 from tui_gcs.widgets.map import map_scene
-from tui_gcs.widgets.map.base_map_layer import BaseMapTiles
+from tui_gcs.widgets.map.base_map_layer import BaseMapState, BaseMapTiles
 from tui_gcs.widgets.map.map_drawings import MapLine, MapWord
 from tui_gcs.widgets.map.map_labels import Cells
 from tui_gcs.widgets.map.map_layers import Layer
@@ -124,7 +124,19 @@ class MapView(Widget):
     def _on_tile(self) -> None:
         """A tile was read, on a thread of its own."""
         if self.is_attached and self.content.base_map is not None:
-            self.call_later(self._redraw, background=True)
+            self.call_later(self._show_tile)
+
+    def _show_tile(self) -> None:
+        """Repaint at once, or, behind another screen, when this one is shown again: a repaint would delay a key."""
+        if self.is_attached and self.screen.is_current:
+            self._redraw(background=True)
+        else:
+            self._painter.forget_background()
+
+    @property
+    def base_map_state(self) -> BaseMapState:
+        """Why the base map is shown or not."""
+        return self._painter.base_map_state
 
     def set_traffic(self, traffic: Sequence[TrafficRow]) -> None:
         """Show other aircraft, as transponders report them."""
