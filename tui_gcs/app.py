@@ -151,6 +151,7 @@ class ConsoleApp(TerminalApp):
             "onboard": self._onboard_screen,
             "setup": self._setup_screen,
             "settings": self._settings_screen,
+            "planner_log": self._planner_log_screen,
         }
 
     def _fly_screen(self) -> Screen[None]:
@@ -237,6 +238,11 @@ class ConsoleApp(TerminalApp):
             return self._fly.cursor_m if self._fly is not None else None
 
         return TrafficScreen(self.feed, self.clock, cursor=cursor, glyphs=self.glyphs)
+
+    def _planner_log_screen(self) -> Screen[None]:
+        from tui_gcs.screens.logs.planner_log_screen import PlannerLogScreen
+
+        return PlannerLogScreen(self.feed, glyphs=self.glyphs)
 
     def _setup_screen(self) -> Screen[None]:
         from tui_gcs.screens.setup.setup_screen import SetupScreen

@@ -8,15 +8,18 @@ from tui_gcs.actions.palette.entries import OTHER_WORDS, entries_of, found, orde
 from tui_gcs.actions.table import APP_ACTIONS, MENU_SCREENS
 
 CONTEXT = ActionContext()
+SCREENS = [(name.lower(), f"show {mode.replace('_', ' ')}") for _, mode, name, _ in MENU_SCREENS]
 ENTRIES = [*order_entries(CONTEXT), *entries_of(APP_ACTIONS, APP, CONTEXT)]
 
 
 @pytest.mark.parametrize(
     ("typed", "name"),
     [
-        *((mode, f"show {mode}") for _, mode, _, _ in MENU_SCREENS),
-        *((mode[:5], f"show {mode}") for _, mode, _, _ in MENU_SCREENS),
-        *((name.lower(), f"show {mode}") for _, mode, name, _ in MENU_SCREENS),
+        *SCREENS,
+        *((show.removeprefix("show "), show) for _, show in SCREENS),
+        # "planners", which has a key of its own, begins with the same letters.
+        *((name[:5], show) for name, show in SCREENS if name != "planner log"),
+        ("planner l", "show planner log"),
         ("param", "show parameters"),
         ("log", "show onboard"),
         ("link", "show links"),

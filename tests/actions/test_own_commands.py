@@ -68,7 +68,7 @@ def test_a_line_that_cannot_be_carried_out_says_why(line: str, problem: str) -> 
         ({"ret": "show plan"}, "'ret': finds 'return' already"),
         ({"h": "show plan"}, "'h': finds 'ha"),
         ({"param": "show plan"}, "'param': finds 'parameters' already"),
-        ({"log": "show plan"}, "'log': finds 'logs' already"),
+        ({"log": "show plan"}, "'log': there is such a command already"),
         ({"Low": "show plan"}, "'Low': a name has small letters"),
         ({"two words": "show plan"}, "'two words': a name has small letters"),
         ({"x1": "  "}, "'x1': has no words"),

@@ -26,7 +26,7 @@ from tests.bench.live import FLEET_MARK, cpu_s, painted
 from tests.bench.row import NotMeasured, Row
 from tests.rigs.console_pty import PtyConsole
 from tests.screens.rigs.meter import metered
-from tui_gcs.feed.event_history import MAX_EVENTS
+from tui_gcs.feed.logs.event_history import MAX_EVENTS
 
 CHILD = "tests.bench.console_child"
 COLUMNS, LINES = 120, 40

@@ -16,7 +16,7 @@ from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.task_actions import TASK_ACTIONS
 from tui_gcs.actions.traffic_actions import TRAFFIC_ACTIONS
 from tui_gcs.actions.vehicle_log_actions import VEHICLE_LOG_ACTIONS
-from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS, VEHICLES_ACTIONS
+from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS, PLANNER_LOG_ACTIONS, VEHICLES_ACTIONS
 
 SCOPES = {
     APP: APP_ACTIONS,
@@ -37,4 +37,5 @@ SCOPES = {
     "traffic": TRAFFIC_ACTIONS,
     "setup": SETUP_ACTIONS,
     "settings": SETTINGS_ACTIONS,
+    "planner_log": PLANNER_LOG_ACTIONS,
 }

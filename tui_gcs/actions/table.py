@@ -63,6 +63,7 @@ MENU_SCREENS = (
     ("f", "flights", "Flights", "recorded flights and logs: what happened, replay"),
     ("r", "rehearsals", "Rehearsals", "rehearse now; gates, what changed since, reports"),
     ("a", "traffic", "Traffic", "tracks, ADS-B, Remote ID; tasks for planners"),
+    ("n", "planner_log", "Planner log", "what planners print and log, by team and level"),
     ("t", "tasks", "Tasks", "what goes on, cancel; who is connected, hand over"),
     ("e", "settings", "Settings", "what config.toml holds, where from; change it"),
 )

@@ -1,7 +1,7 @@
-"""The actions of the screens that only look: vehicles and journal."""
+"""The actions of the screens that only look: vehicles, journal and planner log."""
 
 from tui_gcs.actions.action import SELECT, VIEW, action
-from tui_gcs.actions.list_actions import copy_actions
+from tui_gcs.actions.list_actions import ROW_ACTIONS, copy_actions
 
 VEHICLES_ACTIONS = (
     action("turn_view", "tab", "view", "the fleet as cells or as a table", VIEW, 8),
@@ -30,4 +30,14 @@ JOURNAL_ACTIONS = (
     action("newest", "end F", "follow", "the newest lines, as they come; F too", VIEW, 4, do="end(-1)"),
     *copy_actions("the lines in view", "all lines that fit, as far as they are read"),
     action("cancel", "escape", "", "no filter", VIEW),
+)
+
+PLANNER_LOG_ACTIONS = (
+    action("filter", "slash", "words", "only lines with these words", VIEW, 9),
+    action("next_team", "t", "team", "only the lines of one team", VIEW, 8),
+    action("next_level", "w", "level", "all; without debug; warning, stderr and worse; error and worse", VIEW, 8),
+    action("follow", "F", "follow", "the newest lines, as they come; End too", VIEW, 7),
+    *copy_actions("the chosen line", "all lines that fit, as far as they are read"),
+    *ROW_ACTIONS,
+    action("cancel", "escape", "", "no filter; forget the report of the last key", VIEW),
 )

@@ -26,6 +26,7 @@ SCREENS = (
     "flights.vehicle_logs_screen",
     "setup.setup_screen",
     "settings.settings_screen",
+    "logs.planner_log_screen",
 )
 
 

@@ -22,9 +22,9 @@ from tui_gcs.core.protocol.plan_limits import shown
 from tui_gcs.core.protocol.services import GetOnBoard, OnBoardRow, VehicleInfo
 from tui_gcs.core.protocol.setup import GetTraffic, TrafficRow
 from tui_gcs.feed import messages as posted
-from tui_gcs.feed.event_history import EventHistory
 from tui_gcs.feed.inspection import VehicleInspection
-from tui_gcs.feed.journal_notes import JournalNotes
+from tui_gcs.feed.logs.event_history import EventHistory
+from tui_gcs.feed.logs.journal_notes import JournalNotes
 from tui_gcs.feed.mailbox import Mailbox
 from tui_gcs.feed.notices import Notice
 from tui_gcs.feed.requests import ConsoleRequests

@@ -11,6 +11,7 @@ from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.inspection import GetMessages, GetValues
 from tui_gcs.core.protocol.link_report import GetLinks
 from tui_gcs.core.protocol.people import GetPeople
+from tui_gcs.core.protocol.planner_log import GetPlannerLog
 from tui_gcs.core.protocol.replay import ControlReplay
 from tui_gcs.core.protocol.services import (
     GetModes,
@@ -44,6 +45,7 @@ READING = (
     GetLinks,
     GetMessages,
     GetPeople,
+    GetPlannerLog,
     GetModes,
     GetOnBoard,
     GetParamInfos,

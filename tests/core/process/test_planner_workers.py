@@ -11,41 +11,51 @@ from typing import NoReturn
 
 import pytest
 
-from tui_gcs.core.process.planner_workers import (
-    END_S,
-    FIRST_WAIT_S,
-    KEPT_LOG_BYTES,
-    LOOK_GAP_S,
-    MAX_LOG_BYTES,
-    Declarations,
-    PlannerWorkers,
-)
+from tui_gcs.core.process.planner_workers import END_S, FIRST_WAIT_S, Declarations, PlannerWorkers
+from tui_gcs.core.protocol.planner_log import PLANNER_LOG_END, PlannerLogLevel
+from tui_gcs.core.records.planner_log import PlannerLog
 
 
-def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path) -> None:
-    log = tmp_path / "run-planners.log"
+def workers_in(folder: Path) -> PlannerWorkers:
+    return PlannerWorkers(folder / "bus", PlannerLog(folder / "log", lambda: 0.0))
+
+
+def printed(folder: Path) -> str:
+    """What the worker of team red has printed."""
+    lines = PlannerLog(folder / "log", lambda: 0.0).before(PLANNER_LOG_END).lines
+    return "\n".join(line.text for line in lines if line.level is PlannerLogLevel.STDOUT)
+
+
+SPEAKS = """
+import sys
+print("on my way", flush=True)
+sys.stderr.write("<4>mine: low on ideas\\n\\x1b[31mplain words")
+sys.exit(3)
+"""
+
+
+def test_what_a_worker_prints_is_kept_with_its_team_planner_and_level(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = tmp_path / "speaks.py"
+    module.write_text(SPEAKS)
+    monkeypatch.setattr("tui_gcs.core.process.planner_workers.command_of", lambda *_: [sys.executable, str(module)])
+    log = PlannerLog(tmp_path / "log", lambda: 1.5)
     workers = PlannerWorkers(tmp_path / "bus", log)
-    workers.keep([], 0.0)
-    log.write_bytes(b"first words\n")
-    with log.open("ab") as worker:
-        worker.write(b"x" * MAX_LOG_BYTES)
-        worker.flush()
-        workers.keep([], LOOK_GAP_S / 2)
-        assert log.stat().st_size > MAX_LOG_BYTES, "not looked at yet"
-        workers.keep([], LOOK_GAP_S)
-        worker.write(b"last words\n")
-    text = log.read_bytes()
-    assert len(text) < KEPT_LOG_BYTES + 100
-    assert text.startswith(b"first words\n") and text.endswith(
-        b"--- planners print too much: what came here is not kept ---\nlast words\n"
-    )
+    workers.keep({"red": "mine"}, 0.0)
+    pid = workers.pid("red")
 
+    def has_ended() -> bool:
+        workers.keep({"red": "mine"}, 0.1)
+        return workers.pid("red") is None and len(log.before(PLANNER_LOG_END).lines) == 5
 
-def test_planners_that_printed_nothing_yet_are_no_news(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    workers = PlannerWorkers(tmp_path / "bus", tmp_path / "run-planners.log")
-    workers.keep([], 0.0)
-    workers.keep([], LOOK_GAP_S)
-    assert not caplog.records
+    wait_for(has_ended)
+    lines = log.before(PLANNER_LOG_END).lines
+    assert {(line.wall_s, line.team, line.planner) for line in lines} == {(1.5, "red", "mine")}
+    first, *said, last = [(line.level.value, line.text) for line in lines]
+    assert first == ("station", f"its worker is started, process {pid}")
+    assert sorted(said) == [("stderr", "␛[31mplain words"), ("stdout", "on my way"), ("warning", "mine: low on ideas")]
+    assert last == ("station", "its worker ended (exit code 3); the next one is started in 1 s")
 
 
 FORKS = """
@@ -64,10 +74,9 @@ def group_of(then: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[
     module = folder / "forks.py"
     module.write_text(FORKS.format(then=then))
     monkeypatch.setattr("tui_gcs.core.process.planner_workers.command_of", lambda *_: [sys.executable, str(module)])
-    workers = PlannerWorkers(folder / "bus", folder / "log")
-    workers.keep(["red"], 0.0)
-    wait_for(lambda: (folder / "log").read_text().endswith("\n"))
-    return workers, int((folder / "log").read_text())
+    workers = workers_in(folder)
+    wait_for(lambda: workers.keep({"red": "mine"}, 0.0) or printed(folder) != "")
+    return workers, int(printed(folder))
 
 
 def wait_for(done: Callable[[], bool]) -> None:
@@ -96,7 +105,7 @@ def test_what_a_planner_started_is_killed_with_it_when_it_hangs(
 def test_what_a_planner_started_is_killed_when_it_died(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     workers, group = group_of("os._exit(3)", tmp_path, monkeypatch)
     wait_for(lambda: workers.pid("red") is None)
-    workers.keep(["red"], 1.0)
+    workers.keep({"red": "mine"}, 1.0)
     wait_for(lambda: is_empty(group))
 
 
@@ -104,12 +113,12 @@ def test_a_worker_of_a_team_that_is_no_more_is_killed_if_it_does_not_go(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     workers, group = group_of("time.sleep(100)", tmp_path, monkeypatch)
-    workers.keep([], 1.0)
-    workers.keep([], 1.0 + END_S / 2)
+    workers.keep({}, 1.0)
+    workers.keep({}, 1.0 + END_S / 2)
     assert not is_empty(group)
 
     def is_gone() -> bool:
-        workers.keep([], 1.0 + END_S)
+        workers.keep({}, 1.0 + END_S)
         return is_empty(group)
 
     wait_for(is_gone)
@@ -130,9 +139,10 @@ import sys, time
 from pathlib import Path
 from tui_gcs.core.base.descendants import adopt_orphans
 from tui_gcs.core.process import planner_workers
+from tui_gcs.core.records.planner_log import PlannerLog
 planner_workers.command_of = lambda *_: [sys.executable, sys.argv[1]]
-workers = planner_workers.PlannerWorkers(Path("bus"), Path("log"), adopts={adopts})
-workers.keep(["red"], 0.0)
+workers = planner_workers.PlannerWorkers(Path("bus"), PlannerLog(Path("log"), time.time), adopts={adopts})
+workers.keep({{"red": "mine"}}, 0.0)
 while not Path("escaped").exists() or not Path("escaped").read_text().endswith("\\n"):
     time.sleep(0.02)
 {then}
@@ -160,7 +170,7 @@ def test_what_a_planner_started_in_another_session_ends_with_it(
 ) -> None:
     module, station, escaped = tmp_path / "planner.py", tmp_path / "station.py", tmp_path / "escaped"
     module.write_text(ESCAPES.format(file=str(escaped), middle=middle, lives=lives))
-    teams_text = "['red'] if now < 101 else []" if teams else "[]"
+    teams_text = "{'red': 'mine'} if now < 101 else {}" if teams else "{}"
     station.write_text(STATION.format(adopts="adopt_orphans()", then=then, teams=teams_text))
     ends_with_station(station, module, escaped)
 
@@ -197,7 +207,7 @@ def is_alive(pid: int) -> bool:
 COUNTS = """
 import os, sys, time
 os.sched_setaffinity(0, {{min(os.sched_getaffinity(0))}})
-print("\\n", flush=True)
+print("counting", flush=True)
 {then}
 """
 SPINS = "while True: pass"
@@ -215,10 +225,9 @@ def test_a_worker_without_cpu_time_is_told_from_one_that_hangs(
     spins = [sys.executable, "-c", COUNTS.format(then=SPINS)]
     # In sessions of their own, as the worker: Linux shares the time out among sessions (autogroup).
     others = [subprocess.Popen(spins, stdout=subprocess.DEVNULL, start_new_session=True) for _ in range(4)]
-    workers = PlannerWorkers(tmp_path / "bus", tmp_path / "log")
+    workers = workers_in(tmp_path)
     try:
-        workers.keep(["red"], 0.0)
-        wait_for(lambda: (tmp_path / "log").read_text().endswith("\n"))
+        wait_for(lambda: workers.keep({"red": "mine"}, 0.0) or printed(tmp_path) != "")
         begun_s = time.monotonic()
         before_s = workers.waited_s("red", 100.0)
         wait_for(lambda: time.monotonic() - begun_s > 2.0)
@@ -238,26 +247,26 @@ def no_process(*_: object, **__: object) -> NoReturn:
 def test_where_the_system_has_no_process_the_station_goes_on_and_tries_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    workers = PlannerWorkers(tmp_path / "bus", tmp_path / "log")
+    workers = workers_in(tmp_path)
     monkeypatch.setattr("tui_gcs.core.process.planner_workers.command_of", lambda *_: ["true"])
     with monkeypatch.context() as full:
         full.setattr(subprocess, "Popen", no_process)
-        workers.keep(["red"], 0.0)
-        workers.keep(["red"], FIRST_WAIT_S / 2)
+        workers.keep({"red": "mine"}, 0.0)
+        workers.keep({"red": "mine"}, FIRST_WAIT_S / 2)
         assert workers.pid("red") is None
         assert [record.message for record in caplog.records] == [
             "no planner worker for team red: [Errno 11] Resource temporarily unavailable"
         ]
-    workers.keep(["red"], FIRST_WAIT_S)
+    workers.keep({"red": "mine"}, FIRST_WAIT_S)
     first = workers._workers["red"].process
     first.wait()
-    workers.keep(["red"], 1.5 * FIRST_WAIT_S)  # it is found dead
+    workers.keep({"red": "mine"}, 1.5 * FIRST_WAIT_S)  # it is found dead
     with monkeypatch.context() as full:
         full.setattr(subprocess, "Popen", no_process)
-        workers.keep(["red"], 2.5 * FIRST_WAIT_S)
-    workers.keep(["red"], 3.0 * FIRST_WAIT_S)
+        workers.keep({"red": "mine"}, 2.5 * FIRST_WAIT_S)
+    workers.keep({"red": "mine"}, 3.0 * FIRST_WAIT_S)
     assert workers._workers["red"].process is first, "tried again after twice the wait"
-    workers.keep(["red"], 4.5 * FIRST_WAIT_S)
+    workers.keep({"red": "mine"}, 4.5 * FIRST_WAIT_S)
     assert workers._workers["red"].process is not first
     workers.end()
 

@@ -21,6 +21,7 @@ from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.inspect.inspector_screen import InspectorScreen
 from tui_gcs.screens.links.links_screen import LinksScreen
 from tui_gcs.screens.logs.journal_screen import JournalScreen
+from tui_gcs.screens.logs.planner_log_screen import PlannerLogScreen
 from tui_gcs.screens.missions.missions_screen import MissionsScreen
 from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
 from tui_gcs.screens.plan.plan_screen import PlanScreen
@@ -62,7 +63,9 @@ def screen_of(scope: str) -> Screen | type[ReplayApp]:
         return RehearsalsScreen(feed, clock, None, lambda: 0)
     if scope == "plots":
         return LivePlotsScreen(feed, ValueRecorder(feed.requests))
-    return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen}[scope](feed)
+    return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen, "planner_log": PlannerLogScreen}[
+        scope
+    ](feed)
 
 
 @pytest.mark.parametrize("scope", [scope for scope in SCOPES if scope != "app"])

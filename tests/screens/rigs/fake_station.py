@@ -33,6 +33,7 @@ from tui_gcs.core.protocol.inspection import (
 )
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
+from tui_gcs.core.protocol.planner_log import PLANNER_LOG_END, GetPlannerLog, PlannerLogLine, PlannerLogPiece
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff, TickItem
 from tui_gcs.core.protocol.setup import (
     AskPayloads,
@@ -121,6 +122,9 @@ class FakeStation:
     refused_control: str = ""
     """Why control is not handed over."""
     link_report: LinkReport | None = None
+    planner_log: list[PlannerLogLine] | None = None
+    """What planners printed; a place in it is an index. None: no log is kept."""
+    lines_left_out: int = 0
     link_refusal: str = ""
     """Why no link is changed."""
     doubts: str = ""
@@ -446,6 +450,15 @@ class FakeStation:
         found = self.link_report
         return s.ServiceReply(ok=True, link_report=msgspec.structs.replace(found, t_s=self.t_s) if found else None)
 
+    def _planner_log(self, request: GetPlannerLog) -> s.ServiceReply:
+        if self.planner_log is None:
+            return s.ServiceReply(ok=False, text="this station keeps no planner log")
+        at = len(self.planner_log) if request.at == PLANNER_LOG_END else request.at
+        begin, end = (at, len(self.planner_log)) if request.newer else (max(0, at - 100), at)
+        lines = tuple(self.planner_log[begin:end])
+        piece = PlannerLogPiece(lines, begin, end, begin == 0, self.lines_left_out, "/state/run-planners.log")
+        return s.ServiceReply(ok=True, planner_log=piece)
+
     def _hand_over(self, request: HandOver) -> m.Reply:
         if not self.refused_control:
             self.in_control = request.to
@@ -566,6 +579,7 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     GetMessages: FakeStation._messages,
     GetValues: FakeStation._values,
     GetLinks: FakeStation._links,
+    GetPlannerLog: FakeStation._planner_log,
     GetPeople: lambda station, _: s.ServiceReply(ok=True, people=station.people),
     HandOver: FakeStation._hand_over,
     TakeControl: FakeStation._take_control,

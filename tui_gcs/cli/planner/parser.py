@@ -4,10 +4,13 @@ import argparse
 
 from tui_gcs.cli import console_options, options
 
+LOG_LEVELS = ("all", "info", "warning", "error")
+"""By the least rank of `core/protocol/planner_log.py`; stderr counts as a warning."""
 EXAMPLES = """a planner of your own, from nothing:
   tui-gcs planner new mine               writes mine.py, which flies; change it
   tui-gcs planner check mine.py          everything that must hold before it flies, and what to do where it does not
   tui-gcs planner watch mine.py          flies it on simulated vehicles; and flies on with every version you save
+  tui-gcs planner log --follow           what the planners of the running station print and log
 
 Exit codes: 0 all well, 1 something does not hold, 2 it could not be done (one line says why)."""
 
@@ -36,6 +39,15 @@ def add(commands: options.Commands) -> None:
     options.instances(check)
     options.repeated(check, "--only", "CHECK", "only this one, as the report calls it; may be repeated")
     options.report(check)
+
+    log = _action(actions, "log", "what the planners of the running station print and log")
+    log.add_argument("--team", default="", metavar="NAME", help="only the lines of this team")
+    log.add_argument("--level", choices=LOG_LEVELS, default="all", help="only lines that are at least this severe")
+    log.add_argument("--words", default="", metavar="WORDS", help="only lines with all of these words")
+    log.add_argument("--lines", type=int, default=50, metavar="N", help="the newest N that fit (default 50)")
+    log.add_argument("--follow", action="store_true", help="go on with new lines until Ctrl-C")
+    log.add_argument("--kind", choices=("sim", "live"), help="which station, if two run")
+    options.report(log)
 
     watch = _action(actions, "watch", "fly a planner on simulated vehicles, and every new version as you save it")
     watch.add_argument("file", metavar="FILE.py")

@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,10 @@ import msgspec
 
 from tui_gcs.core.base.descendants import kill_descendants, kill_orphans
 from tui_gcs.core.process.cpu_wait import CpuWaitMonitor
+from tui_gcs.core.process.worker_output import WorkerOutput
 from tui_gcs.core.protocol.common import PlannerInfo
+from tui_gcs.core.protocol.planner_log import PlannerLogLevel
+from tui_gcs.core.records.planner_log import PlannerLog
 
 log = logging.getLogger("tui_gcs.station")
 
@@ -27,8 +30,8 @@ FIRST_WAIT_S, LONGEST_WAIT_S = 1.0, 30.0
 """Seconds before a dead worker is started again; doubled each time, until one lived for `LIVED_S`."""
 LIVED_S = 60.0
 END_S = 2.0
-MAX_LOG_BYTES, KEPT_LOG_BYTES, LOOK_GAP_S = 10_000_000, 5_000_000, 1.0
-"""The workers append to one log. It is looked at every second, and shortened to the newest part when it is too long."""
+LOOK_GAP_S = 1.0
+"""Time between two looks for processes that ended workers have left."""
 
 
 @dataclass
@@ -36,6 +39,7 @@ class _Worker:
     """The worker process of one team, or the wait for its next start."""
 
     process: subprocess.Popen[bytes]
+    output: WorkerOutput
     since_s: float
     cpu: CpuWaitMonitor
     wait_s: float = FIRST_WAIT_S
@@ -43,57 +47,96 @@ class _Worker:
     """When the next one is started; negative while this one lives."""
 
 
+@dataclass
+class _LeavingWorker:
+    """The worker of a team that is gone, until it has ended."""
+
+    process: subprocess.Popen[bytes]
+    output: WorkerOutput
+    team: str
+    kill_s: float
+    """When it is killed if it still runs."""
+
+
 class PlannerWorkers:
     """Keeps one worker process per team. The times of its methods are the caller's."""
 
     def __init__(
-        self, bus_socket: Path, log_file: Path, arguments: Sequence[str] = (), *, adopts: bool = False
+        self, bus_socket: Path, planner_log: PlannerLog, arguments: Sequence[str] = (), *, adopts: bool = False
     ) -> None:
-        """`log_file` takes what the workers print; `arguments` are added to the command line of each.
+        """`planner_log` takes what the workers print; `arguments` are added to the command line of each.
 
         With `adopts` this process is the parent of what dead workers leave (`adopt_orphans`), and kills it.
         """
         self._adopts = adopts
         self._socket = bus_socket
-        self._log_file = log_file
+        self._log = planner_log
         self._arguments = list(arguments)
         self._workers: dict[str, _Worker] = {}
-        self._leaving: list[tuple[subprocess.Popen[bytes], float]] = []
-        """Workers of teams that are gone, and the time at which each is killed if it still runs."""
+        self._leaving: list[_LeavingWorker] = []
+        self._planners: Mapping[str, str] = {}
         self._refused_until_s: dict[str, float] = {}
         """By team, until when no first worker is started because the last start failed."""
         self._looked_s = -math.inf
 
-    def keep(self, teams: list[str], now: float) -> None:
-        """Start workers that are missing, and end those of teams that are gone."""
+    def keep(self, planners: Mapping[str, str], now: float) -> None:
+        """Start workers that are missing, end those of teams that are gone, and write down what all of them print.
+
+        `planners` has the name of each team's planner.
+        """
         if now >= self._looked_s + LOOK_GAP_S:
             self._looked_s = now
-            self._shorten_log()
             self._kill_orphans()
-        for team in [t for t in self._workers if t not in teams]:
-            leaving = self._workers.pop(team).process
-            # The worker gets time to finish its log; it is killed after `END_S`.
-            leaving.terminate()
-            self._leaving.append((leaving, now + END_S))
-        for process, _ in [one for one in self._leaving if now >= one[1] or one[0].poll() is not None]:
-            _kill(process)
-        self._leaving = [one for one in self._leaving if one[0].poll() is None]
-        for team in teams:
+        for team in [t for t in self._workers if t not in planners]:
+            self._dismiss(team, self._workers.pop(team), now)
+        self._planners = planners
+        self._end_leaving(now)
+        for team in planners:
             worker = self._workers.get(team)
             if worker is None:
                 if now >= self._refused_until_s.get(team, -math.inf):
                     self._begin(team, now)
             elif worker.again_s < 0.0:
-                if worker.process.poll() is not None:
-                    _kill(worker.process)  # what it has started may still be there
-                    lived = now - worker.since_s >= LIVED_S
-                    # A planner that dies at once is retried ever more rarely, so that it does not take a core for
-                    # itself.
-                    worker.wait_s = FIRST_WAIT_S if lived else worker.wait_s
-                    worker.again_s = now + worker.wait_s
+                self._look_after(team, worker, now)
             elif now >= worker.again_s:
                 wait_s = min(2.0 * worker.wait_s, LONGEST_WAIT_S)
                 self._begin(team, now, wait_s)
+        self._log.flush()
+
+    def _dismiss(self, team: str, worker: _Worker, now: float) -> None:
+        """Let the worker of a team that is gone finish; it is killed after `END_S`."""
+        if worker.again_s < 0.0:
+            worker.process.terminate()
+            self._leaving.append(_LeavingWorker(worker.process, worker.output, team, now + END_S))
+
+    def _end_leaving(self, now: float) -> None:
+        for leaving in self._leaving:
+            if now >= leaving.kill_s or leaving.process.poll() is not None:
+                _kill(leaving.process)
+        for leaving in self._leaving:
+            if leaving.process.poll() is None:
+                leaving.output.read("", now)
+            else:
+                leaving.output.close("", now)
+        self._leaving = [leaving for leaving in self._leaving if leaving.process.poll() is None]
+
+    def _look_after(self, team: str, worker: _Worker, now: float) -> None:
+        """Write down what a worker prints; if it has died, say when the next one is started."""
+        code = worker.process.poll()
+        if code is None:
+            worker.output.read(self._planners[team], now)
+            return
+        _kill(worker.process)  # what it has started may still be there
+        worker.output.close(self._planners[team], now)
+        lived = now - worker.since_s >= LIVED_S
+        # A planner that dies at once is retried ever more rarely, so that it does not take a core for itself.
+        worker.wait_s = FIRST_WAIT_S if lived else worker.wait_s
+        worker.again_s = now + worker.wait_s
+        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        self._note(team, f"its worker ended ({how}); the next one is started in {worker.wait_s:.0f} s")
+
+    def _note(self, team: str, text: str) -> None:
+        self._log.write(team, self._planners.get(team, ""), PlannerLogLevel.STATION, text)
 
     def end_stuck(self, teams: Iterable[str]) -> None:
         """Kill the workers of these teams: they hang, and may not react to SIGTERM."""
@@ -117,13 +160,20 @@ class PlannerWorkers:
     def end(self) -> None:
         """End all workers; one that does not end in time is killed."""
         processes = [worker.process for worker in self._workers.values() if worker.again_s < 0.0]
-        processes += [process for process, _ in self._leaving]
+        processes += [leaving.process for leaving in self._leaving]
         for process in processes:
             process.terminate()
         for process in processes:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(END_S)
             _kill(process)
+        now = self._looked_s
+        for team, worker in self._workers.items():
+            if worker.again_s < 0.0:
+                worker.output.close(self._planners.get(team, ""), now)
+        for leaving in self._leaving:
+            leaving.output.close("", now)
+        self._log.flush()
         if self._adopts:
             kill_orphans({process.pid for process in processes})
 
@@ -131,19 +181,7 @@ class PlannerWorkers:
         """Kill what ended workers, and ended programs of a planner, have left."""
         if self._adopts:
             workers = [worker.process for worker in self._workers.values()]
-            kill_orphans({process.pid for process in (*workers, *(leaving for leaving, _ in self._leaving))})
-
-    def _shorten_log(self) -> None:
-        """Keep what planners print from filling the disk: the beginning and the newest lines stay."""
-        try:
-            if self._log_file.stat().st_size > MAX_LOG_BYTES:
-                os.truncate(self._log_file, KEPT_LOG_BYTES)
-                with self._log_file.open("ab") as output:
-                    output.write(b"\n--- planners print too much: what came here is not kept ---\n")
-        except FileNotFoundError:
-            return  # nobody has printed anything yet
-        except OSError as error:
-            log.warning("%s cannot be shortened: %s", self._log_file, error)
+            kill_orphans({process.pid for process in (*workers, *(leaving.process for leaving in self._leaving))})
 
     def _begin(self, team: str, now: float, wait_s: float = FIRST_WAIT_S) -> None:
         """Start a worker; where the system gives no process, or no file, it is tried again after `wait_s`."""
@@ -155,14 +193,16 @@ class PlannerWorkers:
             if team in self._workers:
                 self._workers[team].again_s = now + wait_s
             return
-        self._workers[team] = _Worker(process, now, CpuWaitMonitor(process.pid, now), wait_s)
+        self._note(team, f"its worker is started, process {process.pid}")
+        output = WorkerOutput(process, team, self._log, now)
+        self._workers[team] = _Worker(process, output, now, CpuWaitMonitor(process.pid, now), wait_s)
 
     def _start(self, team: str) -> subprocess.Popen[bytes]:
         command = [*command_of(self._socket, team), *self._arguments]
-        with self._log_file.open("ab") as output:
-            return subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True
-            )
+        pipe = subprocess.PIPE
+        return subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, bufsize=0, start_new_session=True
+        )
 
 
 def command_of(bus_socket: Path, team: str) -> list[str]:

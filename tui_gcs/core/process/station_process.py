@@ -15,6 +15,7 @@ import signal
 import socket
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +37,12 @@ from tui_gcs.core.mavlink.signing import SigningError
 from tui_gcs.core.process.planner_workers import Declarations, PlannerWorkers
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol.bus import BusError
-from tui_gcs.core.protocol.common import PlannerInfo
+from tui_gcs.core.protocol.common import EventClass, JournalEvent, PlannerInfo
+from tui_gcs.core.protocol.planner_log import PlannerLogLevel
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus, serve
 from tui_gcs.core.records import rehearsal_store as rehearsals
 from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.planner_log import PlannerLog, log_files
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests.frontend import Frontend, attach_frontend
 from tui_gcs.core.scenario.load import ScenarioError, parse
@@ -89,6 +92,7 @@ def run(run_file: Path) -> None:
     name = setting["run_name"]
     logs = state_dir(kind)
     recorder, journal = TlogWriter(logs / f"{name}.tlog"), Journal(logs / f"{name}.jsonl")
+    planner_log = PlannerLog(log_files(recorder.path)[0], clock.wall)
     files = msgspec.convert(setting.get("planners", []), list[PlannerInfo])
     _write_start(journal, kind, setting, files, scenario.name)
     config = StationConfig(
@@ -103,6 +107,7 @@ def run(run_file: Path) -> None:
         folder=logs,
         rehearsals=state_dir(RunKind.SIM) / rehearsals.FILE,
         planners={info.name: info for info in files},
+        planner_log=planner_log,
         elevation=_elevation(setting.get("terrain", ""), scenario.origin),
         operator_at=OperatorId(**setting["operator_at"]) if setting.get("operator_at") else None,
     )
@@ -112,10 +117,11 @@ def run(run_file: Path) -> None:
         raise StartError(str(error)) from None
     workers = PlannerWorkers(
         socket_path(kind, run_dir),
-        logs / f"{name}-planners.log",
+        planner_log,
         _worker_arguments(kind, setting, files),
         adopts=adopt_orphans(),
     )
+    station.parts.records.events.listen(partial(_write_planner_event, planner_log, station))
     loop = StationLoop(station, attach_frontend(station), bus, workers, store, reader, clock)
     try:
         loop.run()
@@ -124,6 +130,7 @@ def run(run_file: Path) -> None:
         station.close()
         recorder.close()
         journal.close()
+        planner_log.close()
         for link in (*station.comms.links.values(), *(endpoint.link for endpoint in forward)):
             link.close()
         bus.close()  # Zenoh may take its time; the process ends anyway
@@ -167,6 +174,14 @@ def _write_start(
     opened["watch"] = setting.get("watch", False)
     opened["scenario"] = scenario
     journal.write({"station": kind, "forced_kind": setting.get("forced_kind", False)} | opened)
+
+
+def _write_planner_event(planner_log: PlannerLog, station: Station, event: JournalEvent) -> None:
+    """Write what is reported of a planner, its notes among it, between the lines that it prints."""
+    team = event.source.removeprefix("planner ")
+    controller = station.active.team_controllers.get(team)
+    if event.cls is EventClass.PLANNER and controller is not None:
+        planner_log.write(team, controller.team.planner, PlannerLogLevel.EVENT, event.text)
 
 
 def _worker_arguments(kind: RunKind, setting: dict[str, Any], files: list[PlannerInfo]) -> list[str]:
@@ -307,7 +322,7 @@ class StationLoop:
                 self._bus.run_pending()
                 served_s = self._clock.now()
         controllers = self._station.active.team_controllers
-        self._workers.keep(list(controllers), now)
+        self._workers.keep({name: controller.team.planner for name, controller in controllers.items()}, now)
         if now >= self._cpu_s:
             self._cpu_s = now + CPU_GAP_S
             for name, controller in controllers.items():

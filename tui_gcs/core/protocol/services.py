@@ -17,6 +17,7 @@ from tui_gcs.core.protocol.common import Reply, decode
 from tui_gcs.core.protocol.inspection import GetMessages, GetValues, Inspection, SetMessageRate, ValueRow
 from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
+from tui_gcs.core.protocol.planner_log import GetPlannerLog, PlannerLogPiece
 from tui_gcs.core.protocol.setup import Number
 
 MAX_VEHICLES = 255
@@ -257,6 +258,7 @@ class ServiceReply(Reply, frozen=True):
     on_board: tuple[OnBoardRow, ...] = ()
     inspection: Inspection | None = None
     link_report: LinkReport | None = None
+    planner_log: PlannerLogPiece | None = None
     people: tuple[PersonRow, ...] = ()
     values: tuple[ValueRow, ...] = ()
 
@@ -440,6 +442,7 @@ Look = (
     | GetValues
     | GetLinks
     | GetPeople
+    | GetPlannerLog
 )
 Fetch = (
     ReadParams

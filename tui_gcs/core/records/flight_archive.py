@@ -21,6 +21,7 @@ from tui_gcs.core.mavlink.frames import MAGIC, check_frame, frame_end
 from tui_gcs.core.protocol.journal import EventClass, JournalEvent
 from tui_gcs.core.records.event_log import INFO
 from tui_gcs.core.records.onboard_logs import EARLIEST_WALL_S
+from tui_gcs.core.records.planner_log import log_files
 from tui_gcs.core.records.rehearsal_files import FILE_NAMES
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, read_rehearsals
 
@@ -130,7 +131,7 @@ def delete_flight(flight: RecordedFlight, now_wall_s: float) -> str:
     path = flight.path
     try:
         path.unlink()
-        for beside in (path.with_suffix(".jsonl"), path.with_name(f"{path.stem}-planners.log")):
+        for beside in (path.with_suffix(".jsonl"), *log_files(path)):
             if flight.is_telemetry:
                 beside.unlink(missing_ok=True)
         if flight.source == "rehearsal":

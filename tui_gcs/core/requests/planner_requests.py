@@ -9,6 +9,8 @@ from tui_gcs.core.flight.planner_tasks import Crew, crewed, crews, within_own_li
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import PREVIEW_TASK
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, Reply, encode
+from tui_gcs.core.protocol.planner_log import GetPlannerLog
+from tui_gcs.core.protocol.services import ServiceReply
 from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.scenario.edit import ScenarioDocument
@@ -20,7 +22,7 @@ PREVIEW_LIMIT_S = 90.0
 
 
 class PlannerRequests:
-    """Changes parameters of planners, and keeps the newest preview."""
+    """Changes parameters of planners, keeps the newest preview, and reads the planner log."""
 
     def __init__(self, context: RequestContext) -> None:
         self._context, self._parts = context, context.parts
@@ -36,6 +38,7 @@ class PlannerRequests:
         # Looking at what an edited scenario would give changes nothing that flies, so it takes no control.
         return {
             m.GetPlanners: RequestHandler(Access.LOOK, lambda *_: self._planners()),
+            GetPlannerLog: RequestHandler(Access.LOOK, lambda _, r: self._log_piece(r)),
             m.GetPreviews: RequestHandler(Access.LOOK, lambda *_: self.look()),
             m.Preview: RequestHandler(Access.ASSIST, lambda _, r: self.preview(r)),
             m.CancelPreview: RequestHandler(Access.ASSIST, lambda *_: self.cancel()),
@@ -45,6 +48,12 @@ class PlannerRequests:
     def _planners(self) -> Reply:
         known = self._parts.config.planners
         return Reply(ok=True, planners=tuple(known[name] for name in sorted(known)))
+
+    def _log_piece(self, request: GetPlannerLog) -> ServiceReply:
+        log = self._parts.config.planner_log
+        if log is None:
+            return ServiceReply(ok=False, text="this station keeps no planner log")
+        return ServiceReply(ok=True, planner_log=log.after(request.at) if request.newer else log.before(request.at))
 
     def set_parameters(self, request: m.SetParameters) -> Reply:
         """Change parameters that fit what the planner declares; only this team gets a new task."""

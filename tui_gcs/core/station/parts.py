@@ -39,6 +39,7 @@ from tui_gcs.core.protocol.common import PlannerInfo
 from tui_gcs.core.rates.rate_controller import RateController
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.planner_log import PlannerLog
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.services.timesync import TimeResponder
@@ -77,6 +78,8 @@ class StationConfig:
     """Where signing times are kept across restarts."""
     planners: dict[str, PlannerInfo] = field(default_factory=dict)
     """Declarations of planners by name, as far as they are known."""
+    planner_log: PlannerLog | None = None
+    """What planner workers print. None: none of them are processes of this station."""
     folder: Path | None = None
     """Where downloads from vehicles and their caches are written. None: nothing is written."""
     rehearsals: Path | None = None

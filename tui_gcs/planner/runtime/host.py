@@ -91,6 +91,8 @@ class PlannerHost:
         """Limit of background work for a worker in flight; None grants all of it, however long it takes."""
         self.searches = True
         """False: no background work is granted, only what a step itself needs."""
+        self.failure = ""
+        """Traceback of the step that failed last, or why its plan could not be sent."""
         self._job: PlannerRun | None = None
         self._next_s = -np.inf
         self._seq = 0
@@ -369,6 +371,7 @@ class PlannerHost:
 
     def _failed(self, job: PlannerRun, blank: TeamPlan, error: str) -> TeamPlan:
         """Mark a failed step: the first failure restarts the planner, the second one stops it."""
+        self.failure = error
         # Once is allowed: what failed on a rare frame may go on from the snapshot. A second failure would only repeat.
         if job.restarted:
             job.error = error

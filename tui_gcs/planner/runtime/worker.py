@@ -34,6 +34,7 @@ from tui_gcs.core.protocol.common import (
     decode,
     encode,
 )
+from tui_gcs.planner.runtime import worker_logging
 from tui_gcs.planner.runtime.file_watching_host import FileWatchingHost
 from tui_gcs.planner.runtime.host import PlannerHost, PlannerRun
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -72,6 +73,8 @@ class PlannerWorker:
         self._thread: threading.Thread | None = None
         self._wanted: Callable[[], PlannerRun] | None = None
         """Makes what the thread is to prepare when it is free."""
+        self._logged = (-1, "")
+        """Revision of the task and text of the failure that was logged last."""
         self._previews: deque[bytes] = deque()
         preview_files = {name: replace(file, sha256="") if watches else file for name, file in (files or {}).items()}
         self._preview_processes = PreviewProcesses(preview_files)
@@ -148,6 +151,15 @@ class PlannerWorker:
     def _step(self, frame: PlannerFrame) -> None:
         if self.host.due(frame.t_s) and not self.host.restart_due:
             self._bus.publish(keys.PLAN.format(team=self._team), self.host.answer(frame))
+            self._log_failure()
+
+    def _log_failure(self) -> None:
+        """Log why the planner cannot work on its task or failed in a step, once: the whole traceback."""
+        failure = self.host.revision, self.host.problem or self.host.failure
+        if failure != self._logged:
+            self._logged = failure
+            if failure[1]:
+                log.log(logging.WARNING if self.host.refuses else logging.ERROR, "%s", failure[1])
 
     def _run_previews(self) -> None:
         """Begin and poll previews, which run in processes of their own."""
@@ -215,7 +227,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--file", nargs=3, action="append", default=[], metavar=("NAME", "SHA256", "PATH"))
     parser.add_argument("--watch", action="store_true", help="fly on with every version of a file that is saved")
     arguments = parser.parse_args(argv)
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
+    worker_logging.set_up()
     try:
         bus = connect(arguments.bus)
     except BusError as error:
