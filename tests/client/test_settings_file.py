@@ -74,9 +74,10 @@ def test_permissions_and_a_link_to_the_file_stay(tmp_path: Path, mode: int) -> N
     [
         ("theme", "pink", "theme = 'pink': must be one of dark, night, day, contrast"),
         ("slow", "yes", "slow: must be true or false"),
-        ("link", ["udp:1"], "link: "),
-        ("forward", ["nonsense"], "forward: "),
+        ("link", ["udp:1"], "link 'udp:1': unknown kind"),
+        ("forward", ["nonsense"], "link 'nonsense': unknown kind"),
         ("keymap", "none.toml", "keymap: 'none.toml': there is no such file"),
+        ("terrain", "", "terrain: '': there is no such file"),
         ("planner", ["a\0b"], "there is no such file"),
         ("overlay", ["~nobody-has-this-name/x"], "there is no such file"),
         ("operator", "A\x1b[2J", "operator: a name"),

@@ -5,11 +5,13 @@ command. The file is replaced in one step; where it is a link, the file behind i
 """
 
 import os
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tui_gcs.client.user_settings import PATHS, SETTINGS, SettingsError, parsed, problem_of, text_of
+
+if TYPE_CHECKING:
+    from tui_gcs.core.scenario.toml_text import TomlText
 
 NEW_MODE = 0o600
 """Permissions of a new file: it may name radios and places."""
@@ -51,13 +53,13 @@ def changed(text: str, key: str, value: Any | None) -> str:
         raise SettingsError(f"{key}: is written in a way that is not changed here: edit it in the file") from None
 
 
-def _with_new(edited: Any, text: str, key: str, value: Any) -> str:
+def _with_new(edited: "TomlText", text: str, key: str, value: Any) -> str:
     """Return the text with a key that it does not have yet: below the last of the top level, else as the first line."""
     import tomlkit
 
     if any(not isinstance(each, dict) for each in edited.data.values()):
         edited.apply("", {key: value})
-        return str(edited.text)
+        return edited.text
     line = tomlkit.document()
     line[key] = value
     end = "\r\n" if "\r\n" in text else "\n"
@@ -68,11 +70,11 @@ def _with_new(edited: Any, text: str, key: str, value: Any) -> str:
 def content_problem(key: str, value: Any, folder: Path) -> str:
     """Return why a command would refuse a value of the right type; "" if it would not. Paths are seen from `folder`."""
     if key in ("link", "forward"):
-        return _first_problem(key, value, _link_problem)
+        return next(filter(None, map(_link_problem, value)), "")
     if key in PATHS:
-        return _first_problem(
-            key, [value] if isinstance(value, str) else value, lambda name: _path_problem(folder, name)
-        )
+        names = [value] if isinstance(value, str) else value
+        missing = next((name for name in names if not _is_there(folder, name)), None)
+        return f"{key}: {missing[:60]!r}: there is no such file" if missing is not None else ""
     if key == "operator_at":
         lat_deg, lon_deg = value
         good = abs(lat_deg) <= 90 and abs(lon_deg) <= 180  # NaN is not
@@ -82,11 +84,6 @@ def content_problem(key: str, value: Any, folder: Path) -> str:
     if key == "operator" and not (value.strip() and value.isprintable() and len(value) <= 40):
         return "operator: a name of at most 40 characters"
     return ""
-
-
-def _first_problem(key: str, values: list[str], problem: Callable[[str], str]) -> str:
-    found = next(filter(None, map(problem, values)), "")
-    return f"{key}: {found}" if found else ""
 
 
 def _link_problem(text: str) -> str:
@@ -99,12 +96,11 @@ def _link_problem(text: str) -> str:
     return ""
 
 
-def _path_problem(folder: Path, name: str) -> str:
+def _is_there(folder: Path, name: str) -> bool:
     try:
-        found = name.isprintable() and (folder / Path(name).expanduser()).exists()
+        return bool(name) and name.isprintable() and (folder / Path(name).expanduser()).exists()
     except (OSError, ValueError, RuntimeError):  # too long, a NUL, a home that nobody has
-        found = False
-    return "" if found else f"{name[:60]!r}: there is no such file"
+        return False
 
 
 def _replace(path: Path, text: str, *, exists: bool) -> None:

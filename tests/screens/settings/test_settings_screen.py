@@ -135,7 +135,7 @@ async def test_yes_and_no_change_places(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("setting", "typed", "says"),
     [
-        ("link", "udp:1", "NOT WRITTEN: link: "),
+        ("link", "udp:1", "NOT WRITTEN: link 'udp:1': unknown kind"),
         ("keymap", "none.toml", "NOT WRITTEN: keymap: 'none.toml': there is no such file"),
         ("operator_alt", "high", "NOT WRITTEN: operator_alt: 'high': only numbers"),
         ("operator_at", "91 0", "NOT WRITTEN: operator_at: latitude from -90 to 90"),

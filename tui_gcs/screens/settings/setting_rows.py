@@ -24,7 +24,11 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.widgets.settings.setting_list import SettingRow
 
 MAX_VALUE = 400
-DEFAULTS = {"theme": "dark", "keymap": "keymap.toml beside config.toml, if it is there"}
+DEFAULTS = {
+    "link": "udpin:127.0.0.1:14550, of fly",
+    "theme": "dark",
+    "keymap": "keymap.toml beside config.toml, if it is there",
+}
 """Defaults that are not nothing and not no."""
 UNSET = SettingInUse(None, DEFAULT)
 
