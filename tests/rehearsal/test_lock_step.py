@@ -13,12 +13,9 @@ from tui_gcs.rehearsal.rehearse import rehearse
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 
 
-@pytest.mark.long
+@pytest.mark.endurance  # measured for a minute, and with what comes after it: tests/system/test_paper_mission.py
 def test_round_1_of_the_shipped_scenario_holds_every_check(tmp_path: Path) -> None:
-    heard: list[float] = []
-    result, problem = rehearse(
-        load(SHIPPED), SHIPPED.read_text(), tmp_path, lambda share, headline: heard.append(share), rounds=1
-    )
+    result, problem = rehearse(load(SHIPPED), SHIPPED.read_text(), tmp_path, lambda share, headline: None, rounds=1)
     assert problem == ""
     assert [check for check in result.checks if not check.ok] == []
     assert [(r.round, r.zone, r.role, r.n) for r in result.rounds] == [
@@ -29,7 +26,6 @@ def test_round_1_of_the_shipped_scenario_holds_every_check(tmp_path: Path) -> No
         assert measured.measured_s >= 180.0
         assert measured.coverage == 1.0
         assert measured.ratio is not None and 0.5 < measured.ratio <= 2.0
-    assert heard == sorted(heard) and heard[-1] == 1.0, "progress only grows"
 
 
 def short() -> Scenario:
@@ -40,14 +36,22 @@ def short() -> Scenario:
     return msgspec.structs.replace(small, teams=(team,), places=small.places[:2], results=results)
 
 
+def flown(folder: Path) -> tuple[bytes, bytes, str]:
+    """The recording, the journal and the result of a short run."""
+    folder.mkdir()
+    heard: list[float] = []
+    result, problem = rehearse(short(), "", folder, lambda share, headline: heard.append(share), rounds=1)
+    assert problem == ""
+    assert heard == sorted(heard) and heard[-1] == 1.0, "progress only grows"
+    (measured,) = result.rounds
+    assert measured.measured_s >= 20.0 and measured.coverage == 1.0
+    assert measured.ratio is not None and measured.ratio > 0.5
+    recording, journal = ((folder / log).read_bytes() for log in ("run.tlog", "run.jsonl"))
+    return recording, journal, json.dumps(msgspec.to_builtins(result))
+
+
 @pytest.mark.long
 def test_the_same_seed_gives_the_same_run_byte_for_byte(tmp_path: Path) -> None:
-    runs = []
-    for name in ("first", "second"):
-        (tmp_path / name).mkdir()
-        result, problem = rehearse(short(), "", tmp_path / name, lambda share, headline: None, rounds=1)
-        assert problem == ""
-        logs = [(tmp_path / name / log).read_bytes() for log in ("run.tlog", "run.jsonl")]
-        runs.append((*logs, json.dumps(msgspec.to_builtins(result))))
-    assert len(runs[0][0]) > 100_000
-    assert runs[0] == runs[1]
+    first = flown(tmp_path / "first")
+    assert len(first[0]) > 100_000
+    assert flown(tmp_path / "second") == first
