@@ -134,6 +134,18 @@ async def test_mission_items_are_copied_and_redo_is_another_key() -> None:
         assert "bytes copied to the terminal's clipboard: 3 rows" in c.said()
 
 
+async def test_an_answer_to_a_question_that_was_not_asked_hides_no_refusal() -> None:
+    async with console(NARROW, hostile, read_only=True) as c:
+        await opened(c, LISTS["tasks"])
+        await c.press("delete", "y", "y")
+        said = c.app.screen.panel.text()
+        assert "read-only" in said and said.count("copied to the terminal's clipboard") == 1
+        await opened(c, LISTS["paths"])
+        await c.press("R", "y", "Y")
+        said = c.app.screen.panel.text()
+        assert "read-only" in said and said.count("copied to the terminal's clipboard") == 1
+
+
 async def test_without_rows_nothing_is_copied() -> None:
     async with console(NARROW) as c:
         await c.press("S", "t", "Y")

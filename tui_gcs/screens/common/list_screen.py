@@ -32,8 +32,8 @@ class ListScreen(Screen[None]):
         """Show what belongs to the chosen row; called whenever another one was chosen."""
         raise NotImplementedError
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """Report what became of a key."""
+    def say_copied(self, text: str, ink: Ink) -> None:
+        """Report what was copied, below the report of the key before: `y` is also the answer to a question."""
         raise NotImplementedError
 
     def on_row_picked(self, message: RowPicked) -> None:
@@ -62,9 +62,9 @@ class ListScreen(Screen[None]):
     def action_copy_row(self) -> None:
         """Copy the chosen row to the terminal's clipboard."""
         rows = self.row_list
-        self.say(*copy_rows(self.app, [rows.record(rows.chosen_row)] if rows.rows else []))
+        self.say_copied(*copy_rows(self.app, [rows.record(rows.chosen_row)] if rows.rows else []))
 
     def action_copy_rows(self) -> None:
         """Copy all rows of the list to the terminal's clipboard."""
         rows = self.row_list
-        self.say(*copy_rows(self.app, [rows.record(row) for row in rows.rows]))
+        self.say_copied(*copy_rows(self.app, [rows.record(row) for row in rows.rows]))

@@ -14,6 +14,9 @@ from tui_gcs.widgets.basics.copied_rows import MAX_COPIED_BYTES, Record, cell_te
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
 
+COPIED = "copied to the terminal's clipboard"
+MAX_KEPT_LINES = 2
+"""Lines of an earlier report that stay above that of a copy: panels have seven."""
 MAX_LINE_CELLS = 5000
 """The longest line: a path of this computer has up to 4096 bytes."""
 MAX_NAME_CELLS = 40
@@ -50,4 +53,13 @@ def copy_text(app: App[Any], what: str, text: str) -> Run:
 
 def _said(what: str, text: str) -> str:
     # The size first: on some screens there is one short line for it.
-    return f"{len(text.encode())} bytes copied to the terminal's clipboard: {what}"
+    return f"{len(text.encode())} bytes {COPIED}: {what}"
+
+
+def below_report(report: Sequence[Run], text: str, ink: Ink) -> tuple[Run, ...]:
+    """Return the first lines of a report without those of copies, and below them the line of a copy.
+
+    Whoever answers a question that was not asked by `y` must still see why it was not.
+    """
+    kept = [line for line in report if COPIED not in line[0]]
+    return (*kept[:MAX_KEPT_LINES], (clean(text, MAX_LINE_CELLS), ink))

@@ -8,7 +8,7 @@ from textual.screen import Screen
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.common.row_copies import copy_text
+from tui_gcs.screens.common.row_copies import below_report, copy_text
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
@@ -30,6 +30,11 @@ class ScreenEdits:
         self.report = ((clean(text, MAX_REPORT), ink),)
         self._show()
 
+    def say_copied(self, text: str, ink: Ink) -> None:
+        """Report what was copied below the lines of the key before, without those of earlier copies."""
+        self.report = below_report(self.report, text, ink)
+        self._show()
+
     def copy_path(self, path: str) -> None:
         """Send the path of a file to the terminal's clipboard, and report it."""
-        self.say(*copy_text(self._host.app, path, path))
+        self.say_copied(*copy_text(self._host.app, path, path))

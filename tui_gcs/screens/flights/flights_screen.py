@@ -138,9 +138,9 @@ class FlightsScreen(PolledScreen):
         if self.typed.take(event):
             self.show_all()
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
-        self.files.say(text, ink)
+        self.files.say_copied(text, ink)
 
     # ---------------------------------------------------------------- keys
 

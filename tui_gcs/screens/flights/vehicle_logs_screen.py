@@ -130,9 +130,9 @@ class VehicleLogsScreen(ListScreen):
         else:
             self.edits.say(f"{what}: done for {vehicles_words({one.vehicle for one in ended})}", Ink.NORMAL)
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
-        self.edits.say(text, ink)
+        self.edits.say_copied(text, ink)
 
     # ---------------------------------------------------------------- keys
 

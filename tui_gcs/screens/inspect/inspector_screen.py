@@ -129,9 +129,9 @@ class InspectorScreen(PolledScreen):
             self.show_all()
             self.show_chosen()
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
-        self.rates.say(text, ink)
+        self.rates.say_copied(text, ink)
 
     # ---------------------------------------------------------------- keys
 
@@ -188,9 +188,9 @@ class InspectorScreen(PolledScreen):
         if self.has_class("-dropped"):
             super().action_copy_row()
         elif text:
-            self.say(*copy_text(self.app, f"{len(text.splitlines())} lines", text))
+            self.say_copied(*copy_text(self.app, f"{len(text.splitlines())} lines", text))
         else:
-            self.say("there is nothing to copy yet", Ink.CAUTION)
+            self.say_copied("there is nothing to copy yet", Ink.CAUTION)
 
     def action_rate(self) -> None:
         """Ask for the rate of the chosen message."""

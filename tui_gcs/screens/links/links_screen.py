@@ -127,9 +127,9 @@ class LinksScreen(PolledScreen):
         name = row.link if isinstance(row, PathRow) else getattr(getattr(row, "row", None), "name", "")
         return next((each.row for each in self.watch_links.links if each.row.name == name), None)
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
-        self.edits.say(text, ink)
+        self.edits.say_copied(text, ink)
 
     # ---------------------------------------------------------------- keys
 

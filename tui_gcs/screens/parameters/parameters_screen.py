@@ -214,9 +214,9 @@ class ParametersScreen(ListScreen):
                 self.parameter_list.show(self.parameter_list.rows, 0)
                 self.show_chosen()
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
-        self.edits.say(text, ink)
+        self.edits.say_copied(text, ink)
 
     # ---------------------------------------------------------------- keys
 

@@ -236,9 +236,9 @@ class RehearsalsScreen(PolledScreen):
             return self.gate_list
         return self.change_list if self.has_class(CHANGES) else self.rehearsal_list
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
-        self.runs.say(text, ink)
+        self.runs.say_copied(text, ink)
 
     # ---------------------------------------------------------------- keys
 

@@ -15,6 +15,7 @@ from tui_gcs.client.user_settings import NOW, SETTINGS, SettingsError, SettingsI
 from tui_gcs.core.base.text import clean
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.common.list_screen import ListScreen
+from tui_gcs.screens.common.row_copies import below_report
 from tui_gcs.screens.settings.setting_rows import read_file, setting_rows
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
@@ -100,8 +101,12 @@ class SettingsScreen(ListScreen):
         """See `ListScreen`."""
         return self.setting_list
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
+        self._report = below_report(self._report, text, ink)
+        self.show_chosen()
+
+    def _say(self, text: str, ink: Ink = Ink.TEXT) -> None:
         self._report = ((clean(text, MAX_REPORT), ink),)
         self.show_chosen()
 
@@ -116,7 +121,7 @@ class SettingsScreen(ListScreen):
         key, setting = row.setting, SETTINGS[row.setting]
         present = self._in_file.get(key)
         if setting.kind is dict:
-            self.say(f"a table is edited in the file: [{key}] in {path}", Ink.CAUTION)
+            self._say(f"a table is edited in the file: [{key}] in {path}", Ink.CAUTION)
         elif setting.kind is bool:
             self._write(path, key, not present)
         elif setting.choices:
@@ -137,14 +142,14 @@ class SettingsScreen(ListScreen):
         if path is None:
             return
         if message.text is None:
-            self.say(f"{key}: left as it is")
+            self._say(f"{key}: left as it is")
         elif not message.text.strip():
-            self.say(f"{key}: nothing was typed, left as it is; Del removes it", Ink.CAUTION)
+            self._say(f"{key}: nothing was typed, left as it is; Del removes it", Ink.CAUTION)
         else:
             try:
                 self._write(path, key, typed_value(key, message.text))
             except SettingsError as error:
-                self.say(f"NOT WRITTEN: {error}", Ink.CAUTION)
+                self._say(f"NOT WRITTEN: {error}", Ink.CAUTION)
 
     def action_remove(self) -> None:
         """Remove the chosen setting from the file."""
@@ -153,9 +158,9 @@ class SettingsScreen(ListScreen):
         if row is None or path is None:
             return
         if row.setting not in self._in_file:
-            self.say(f"{row.setting} is not in the file", Ink.CAUTION)
+            self._say(f"{row.setting} is not in the file", Ink.CAUTION)
         elif SETTINGS[row.setting].kind is dict:
-            self.say(f"a table is edited in the file: [{row.setting}] in {path}", Ink.CAUTION)
+            self._say(f"a table is edited in the file: [{row.setting}] in {path}", Ink.CAUTION)
         else:
             self._write(path, row.setting, None)
 
@@ -167,7 +172,7 @@ class SettingsScreen(ListScreen):
     def _file(self) -> Path | None:
         """Return the file that is written; without one the operator is shown why."""
         if self._settings.path is None:
-            self.say("NOT WRITTEN: TUI_GCS_CONFIG is empty, so no file is read", Ink.CAUTION)
+            self._say("NOT WRITTEN: TUI_GCS_CONFIG is empty, so no file is read", Ink.CAUTION)
         return self._settings.path
 
     def _write(self, path: Path, key: str, value: Any | None) -> None:
@@ -175,7 +180,7 @@ class SettingsScreen(ListScreen):
         try:
             change(path, key, value)
         except SettingsError as error:
-            self.say(f"NOT WRITTEN: {error}", Ink.CAUTION)
+            self._say(f"NOT WRITTEN: {error}", Ink.CAUTION)
             return
         text = shown_value(key, value) if value is not None else ""
         if SETTINGS[key].counts == NOW:
@@ -183,4 +188,4 @@ class SettingsScreen(ListScreen):
             self._used[key] = text
         done = f"{key} = {text} is written" if value is not None else f"{key} is removed from the file"
         self.look()
-        self.say(f"{done}; it counts: {SETTINGS[key].counts}", Ink.NORMAL)
+        self._say(f"{done}; it counts: {SETTINGS[key].counts}", Ink.NORMAL)

@@ -144,9 +144,9 @@ class SetupScreen(PolledScreen):
         self._go_to(sections=message.view is self.section_list)
         super().on_row_picked(message)
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
-        self.edits.say(text, ink)
+        self.edits.say_copied(text, ink)
 
     # ---------------------------------------------------------------- keys
 

@@ -16,6 +16,7 @@ from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import StationBack, StationLost
 from tui_gcs.feed.task_watch import TaskWatch
 from tui_gcs.screens.common.polled_screen import PolledScreen
+from tui_gcs.screens.common.row_copies import below_report
 from tui_gcs.screens.common.sure_dialog import SureDialog
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
@@ -103,28 +104,32 @@ class TasksScreen(PolledScreen):
         """The tasks, or the people."""
         return self.people_list if self.has_class("-people") else self.task_list
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
+        self._report = below_report(self._report, text, ink)
+        self.show_all()
+
+    def _say(self, text: str, ink: Ink = Ink.TEXT) -> None:
         self._report = ((clean(text, 400), ink),)
         self.show_all()
 
     def _ask(self, title: str, reason: str, does: str, request: CancelTask | HandOver | TakeControl) -> None:
         """Ask whether a request is meant, and send it."""
         if why := self.feed.requests.read_only:
-            self.say(why, Ink.CAUTION)
+            self._say(why, Ink.CAUTION)
             return
 
         def answered(yes: bool | None) -> None:
             if yes:
                 self.run_worker(self._send(request), group="send", exit_on_error=False)
             else:
-                self.say("left as it is")
+                self._say("left as it is")
 
         self.app.push_screen(SureDialog(title, [reason], does, self._glyphs, self._clock), answered)
 
     async def _send(self, request: CancelTask | HandOver | TakeControl) -> None:
         reply = await self.feed.requests.send(request)
-        self.say(reply.text if reply.ok else f"NOT DONE: {reply.text}", Ink.NORMAL if reply.ok else Ink.WARNING)
+        self._say(reply.text if reply.ok else f"NOT DONE: {reply.text}", Ink.NORMAL if reply.ok else Ink.WARNING)
         self.look()
 
     # ---------------------------------------------------------------- keys
@@ -143,7 +148,7 @@ class TasksScreen(PolledScreen):
         """Ask whether the chosen task is to be cancelled."""
         task: TaskInfo | None = self.task_list.chosen_row if not self.has_class("-people") else None
         if task is None or task.over:
-            self.say(
+            self._say(
                 "no task under way is chosen" if task is None else f"task {task.number} is {task.state}", Ink.CAUTION
             )
             return
@@ -154,9 +159,9 @@ class TasksScreen(PolledScreen):
         """Ask whether control is to be handed to the chosen console."""
         person = self.people_list.chosen_row if self.has_class("-people") else None
         if person is None:
-            self.say("choose a console first: Tab shows who is connected", Ink.CAUTION)
+            self._say("choose a console first: Tab shows who is connected", Ink.CAUTION)
         elif person.principal == self.feed.requests.principal:
-            self.say("that is this console: choose another one, or G takes control", Ink.CAUTION)
+            self._say("that is this console: choose another one, or G takes control", Ink.CAUTION)
         else:
             reason = "the next command of any console takes control again"
             self._ask(f"hand control over to {person.principal}", reason, "hand over", HandOver(person.principal))
@@ -166,7 +171,7 @@ class TasksScreen(PolledScreen):
         status = self.feed.status
         holder = status.in_control if status is not None else ""
         if holder == self.feed.requests.principal:
-            self.say("this console has control already")
+            self._say("this console has control already")
             return
         self._ask("take control", f"{holder or 'nobody'} has control now", "take it", TakeControl())
 

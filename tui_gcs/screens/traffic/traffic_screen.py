@@ -127,9 +127,9 @@ class TrafficScreen(PolledScreen):
             self.edits.say(why, Ink.CAUTION)
         return not why
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
-        self.edits.say(text, ink)
+        self.edits.say_copied(text, ink)
 
     # ---------------------------------------------------------------- keys
 
