@@ -10,6 +10,8 @@ from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import link_report as p
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.link_store import LinkStore
+from tui_gcs.core.requests.link_requests import LinkRequests
 
 
 def report(rig: ServiceRig) -> p.LinkReport:
@@ -144,3 +146,89 @@ def test_a_sim_station_takes_links_of_this_machine_only(tmp_path: Path) -> None:
     rig.station.parts.config.kind = RunKind.SIM
     for link in ("udpin:0.0.0.0:41998", "serial:/dev/ttyUSB0", "udpout:192.0.2.1:14550"):
         assert "SIM station" in refused(rig, p.AddLink(link))
+
+
+ADDED = "udpin:127.0.0.1:41996"
+
+
+def restarted(folder: Path, run: str) -> tuple[ServiceRig, LinkRequests]:
+    """A station with the link `memory` of its command line, which has made the kept changes again."""
+    rig = ServiceRig(folder, Peer(1))
+    rig.station.parts.config.link_store = LinkStore(folder / "links.json", run)
+    requests = LinkRequests(rig.station.parts)
+    requests.recall()
+    return rig, requests
+
+
+def asked(requests: LinkRequests, request: object) -> str:
+    handler = requests.handlers()[type(request)]
+    return handler.answer("console-1", request).text  # type: ignore[arg-type]
+
+
+def links_of(rig: ServiceRig) -> dict[str, tuple[bool, int | None]]:
+    links = rig.station.comms.links
+    return {name: (not link.is_closed, link.spec.bytes_per_s) for name, link in links.items()}
+
+
+def ended(rig: ServiceRig) -> None:
+    """The process was killed: the system closes its sockets."""
+    for link in rig.station.comms.links.values():
+        link.close()
+
+
+def test_changes_of_links_are_there_again_after_a_kill(tmp_path: Path) -> None:
+    rig, requests = restarted(tmp_path, "run-1")
+    assert asked(requests, p.AddLink(f"{ADDED},rate=9000")) == f"link {ADDED} is open"
+    assert asked(requests, p.SetLinkRate(ADDED, 5000)) == f"link {ADDED} at 5000 B/s"
+    assert asked(requests, p.CloseLink("memory")) == "link memory is closed"
+    ended(rig)
+    again, _ = restarted(tmp_path, "run-1")
+    assert links_of(again) == {"memory": (False, None), ADDED: (True, 5000)}
+    assert again.station.comms.links["memory"].error == "closed by console-1"
+    ended(again)
+
+
+def test_a_new_start_has_its_own_links_and_those_that_were_added(tmp_path: Path) -> None:
+    rig, requests = restarted(tmp_path, "run-1")
+    asked(requests, p.AddLink(ADDED))
+    asked(requests, p.SetLinkRate("memory", 5000))
+    asked(requests, p.CloseLink("memory"))
+    ended(rig)
+    later, requests = restarted(tmp_path, "run-2")
+    assert links_of(later) == {"memory": (True, None), ADDED: (True, None)}
+    report_ = requests._report()
+    assert {row.name: row.is_added for row in report_.links} == {"memory": False, ADDED: True}
+    asked(requests, p.CloseLink(ADDED))
+    ended(later)
+    last, _ = restarted(tmp_path, "run-3")
+    assert links_of(last) == {"memory": (True, None)}
+
+
+def test_what_cannot_be_done_again_is_one_line(tmp_path: Path) -> None:
+    rig, requests = restarted(tmp_path, "run-1")
+    asked(requests, p.AddLink(ADDED))
+    other, _ = restarted(tmp_path, "run-1")  # the port is taken
+    texts = other.texts("station")
+    assert len(texts) == 1 and texts[0].startswith(f"link {ADDED} is not as it was left on the links screen: ")
+    assert links_of(other) == {"memory": (True, None)}
+    ended(rig)
+
+
+@pytest.mark.parametrize("content", [b"{", b"[1]", b"\xff\xfe", b'{"added": 3}'])
+def test_a_damaged_file_is_one_line_and_no_failed_start(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "links.json").write_bytes(content)
+    rig, _ = restarted(tmp_path, "run-1")
+    assert [text.startswith("changes of links are lost: ") for text in rig.texts("station")] == [True]
+
+
+def test_hostile_names_in_the_file_are_refused_in_clean_words(tmp_path: Path) -> None:
+    (tmp_path / "links.json").write_text('{"added": {"x\\u001b[2J": "nonsense\\u001b[2J"}}')
+    rig, _ = restarted(tmp_path, "run-1")
+    (text,) = rig.texts("station")
+    assert "\x1b" not in text and text.startswith("link x␛[2J is not as it was left")
+
+
+def test_a_disk_that_takes_nothing_is_said_with_the_change(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Peer(1))
+    rig.station.parts.config.link_store = LinkStore(tmp_path / "nowhere" / "links.json", "run-1")
+    assert "; NOT kept for a restart: " in asked(LinkRequests(rig.station.parts), p.SetLinkRate("memory", 5000))

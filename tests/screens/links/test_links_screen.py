@@ -120,6 +120,20 @@ async def test_what_goes_over_a_link_is_measured_and_compared_with_its_budget() 
         assert "rssi 190, at the vehicle 180" in panel(c) and "buffer 77 % free" in panel(c)
 
 
+async def test_links_that_were_added_are_told_from_those_of_the_command_line() -> None:
+    def added(station: FakeStation) -> None:
+        linked(station)
+        report = station.link_report
+        assert report is not None
+        station.link_report = replace(report, links=(report.links[0], replace(report.links[1], is_added=True)))
+
+    async with console(NARROW, added) as c:
+        await opened(c)
+        assert f"{LAN}   given at the start" in c.text()
+        await c.press("down")
+        assert f"{RADIO}   added here, kept" in c.text()
+
+
 async def test_the_worst_path_is_found_with_one_key() -> None:
     async with console(WIDE, linked) as c:
         await opened(c, "w")

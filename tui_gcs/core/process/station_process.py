@@ -40,11 +40,14 @@ from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import EventClass, JournalEvent, PlannerInfo
 from tui_gcs.core.protocol.planner_log import PlannerLogLevel
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus, serve
+from tui_gcs.core.records import link_store
 from tui_gcs.core.records import rehearsal_store as rehearsals
 from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.link_store import LinkStore
 from tui_gcs.core.records.planner_log import PlannerLog, log_files
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests.frontend import Frontend, attach_frontend
+from tui_gcs.core.requests.link_requests import LinkRequests
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, open_store
@@ -108,6 +111,7 @@ def run(run_file: Path) -> None:
         rehearsals=state_dir(RunKind.SIM) / rehearsals.FILE,
         planners={info.name: info for info in files},
         planner_log=planner_log,
+        link_store=LinkStore(logs / link_store.FILE, name),
         elevation=_elevation(setting.get("terrain", ""), scenario.origin),
         operator_at=OperatorId(**setting["operator_at"]) if setting.get("operator_at") else None,
     )
@@ -122,6 +126,7 @@ def run(run_file: Path) -> None:
         adopts=adopt_orphans(),
     )
     station.parts.records.events.listen(partial(_write_planner_event, planner_log, station))
+    LinkRequests(station.parts).recall()
     loop = StationLoop(station, attach_frontend(station), bus, workers, store, reader, clock)
     try:
         loop.run()

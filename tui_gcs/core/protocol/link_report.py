@@ -54,6 +54,8 @@ class LinkRow(Message, frozen=True):
     """The operator vouches that it cannot be overheard."""
     high_latency: bool
     radio: RadioRow | None = None
+    is_added: bool = False
+    """An operator added it while a station ran; else it was given when this one was started."""
 
 
 class PathRow(Message, frozen=True):
@@ -120,7 +122,7 @@ class GetLinks(Request, frozen=True, tag="get-links"):
 
 
 class AddLink(Request, frozen=True, tag="add-link"):
-    """Open another link, or one that was closed, until the station ends."""
+    """Open another link, or one that was closed; it is kept for later starts."""
 
     link: str
     """As on the command line: `udpin:0.0.0.0:14551,rate=5000`."""

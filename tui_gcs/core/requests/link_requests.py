@@ -1,12 +1,13 @@
 """Requests about links: what goes over each, adding one, closing one, another rate.
 
-Changes hold until the station ends, and are journalled as commands.
+Changes are journalled as commands and kept (`core/records/link_store.py`).
 """
 
 import ipaddress
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import NoReturn
 
 from tui_gcs.core.base.run_kind import RunKind
@@ -19,8 +20,10 @@ from tui_gcs.core.links import Link, LinkError, open_link, parse_link
 from tui_gcs.core.links.closed import ClosedLink
 from tui_gcs.core.links.spec import LinkSpec, is_loopback
 from tui_gcs.core.protocol import link_report as p
-from tui_gcs.core.protocol.common import Freshness, Reply
+from tui_gcs.core.protocol.common import EventClass, Freshness, Reply
 from tui_gcs.core.protocol.services import ServiceReply
+from tui_gcs.core.records.event_log import WARNING
+from tui_gcs.core.records.link_store import LinkStore
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.station.assembly import StationParts
 from tui_gcs.core.station.received_messages import address_text
@@ -44,6 +47,7 @@ class LinkRequests:
     def __init__(self, parts: StationParts) -> None:
         self._parts = parts
         self._comms = parts.comms
+        self._store = parts.config.link_store
 
     def handlers(self) -> dict[type, RequestHandler]:
         """The entries of the request table that this class answers."""
@@ -57,6 +61,39 @@ class LinkRequests:
                 Access.COMMAND, lambda _, request: _reply(lambda: self._set_rate(request.name, request.bytes_per_s))
             ),
         }
+
+    def recall(self) -> None:
+        """Make the kept changes again, at the start of a station; what cannot be made is reported in one line each."""
+        store = self._store
+        if store is None:
+            return
+        if store.lost:
+            self._report_event(f"changes of links are lost: {store.lost}")
+        for name, text in store.added.items():
+            if name in self._comms.links:
+                store.forget_added(name)  # the command line names it now
+                continue
+            self._recall_one(name, partial(self._open_new, text))
+        for name, by in store.closed.items():
+            self._recall_one(name, partial(self._close_again, name, by))
+        for name, rate in store.rates.items():
+            if name in self._comms.links and not self._comms.links[name].is_closed:
+                self._recall_one(name, partial(self._rate_again, name, rate))
+
+    def _close_again(self, name: str, by: str) -> None:
+        self._close_open(self._open(name), by)
+
+    def _rate_again(self, name: str, bytes_per_s: int | None) -> None:
+        self._rate_open(self._open(name), bytes_per_s)
+
+    def _recall_one(self, name: str, change: Callable[[], object]) -> None:
+        try:
+            change()
+        except LinkRefusedError as error:
+            self._report_event(f"link {clean(name, 60)} is not as it was left on the links screen: {error}")
+
+    def _report_event(self, text: str) -> None:
+        self._parts.records.events.report(EventClass.CONNECTION, "station", clean(text, 300), WARNING)
 
     # ---------------------------------------------------------------- looking
 
@@ -95,6 +132,7 @@ class LinkRequests:
             secure=link.spec.secure,
             high_latency=link.spec.high_latency,
             radio=radio,
+            is_added=self._store is not None and link.name in self._store.added,
         )
 
     def _path_row(self, vehicle: Vehicle, path: Path) -> p.PathRow:
@@ -139,6 +177,11 @@ class LinkRequests:
     # ---------------------------------------------------------------- changing
 
     def _add(self, text: str) -> str:
+        spec = self._open_new(text)
+        kept = self._keep(lambda store: store.keep_added(spec.name, text, spec.bytes_per_s))
+        return f"link {spec.name} is open{kept}"
+
+    def _open_new(self, text: str) -> LinkSpec:
         links = self._comms.links
         try:
             spec = parse_link(text)
@@ -156,7 +199,14 @@ class LinkRequests:
             _refuse(clean(str(error), 300))
         links[spec.name] = link
         self._follow(spec)
-        return f"link {spec.name} is open"
+        return spec
+
+    def _keep(self, change: Callable[[LinkStore], None]) -> str:
+        """Keep a change for the next start; return what the operator must know about that."""
+        if self._store is None:
+            return ""
+        change(self._store)
+        return f"; NOT kept for a restart: {clean(self._store.error, 200)}" if self._store.error else ""
 
     def _check_addable(self, spec: LinkSpec) -> None:
         if spec.scheme == "replay":
@@ -174,18 +224,24 @@ class LinkRequests:
         alone = [vehicle.id for vehicle in self._parts.picture.fleet.vehicles.values() if self._needs(vehicle, name)]
         if alone:
             _refuse(f"vehicle {', '.join(map(str, alone))} is armed and heard over it alone: land first")
+        self._close_open(link, by)
+        return f"link {name} is closed{self._keep(lambda store: store.keep_closed(name, clean(by, 40)))}"
+
+    def _close_open(self, link: Link, by: str) -> None:
         link.close()
-        self._comms.links[name] = ClosedLink(link.spec, clean(by, 40))
-        return f"link {name} is closed"
+        self._comms.links[link.name] = ClosedLink(link.spec, clean(by, 40))
 
     def _set_rate(self, name: str, bytes_per_s: int | None) -> str:
         link = self._open(name)
         if bytes_per_s is not None and not MIN_RATE_BYTES_PER_S <= bytes_per_s <= MAX_RATE_BYTES_PER_S:
             _refuse(f"a rate is from {MIN_RATE_BYTES_PER_S} to {MAX_RATE_BYTES_PER_S} B/s")
+        self._rate_open(link, bytes_per_s)
+        rate = "without a limit" if bytes_per_s is None else f"at {bytes_per_s} B/s"
+        return f"link {name} {rate}{self._keep(lambda store: store.keep_rate(name, bytes_per_s))}"
+
+    def _rate_open(self, link: Link, bytes_per_s: int | None) -> None:
         link.spec = replace(link.spec, bytes_per_s=bytes_per_s)
         self._follow(link.spec)
-        rate = "without a limit" if bytes_per_s is None else f"at {bytes_per_s} B/s"
-        return f"link {name} {rate}"
 
     def _open(self, name: str) -> Link:
         link = self._comms.links.get(name)

@@ -39,6 +39,7 @@ from tui_gcs.core.protocol.common import PlannerInfo
 from tui_gcs.core.rates.rate_controller import RateController
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.link_store import LinkStore
 from tui_gcs.core.records.planner_log import PlannerLog
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.model import OperatorId, Scenario
@@ -80,6 +81,8 @@ class StationConfig:
     """Declarations of planners by name, as far as they are known."""
     planner_log: PlannerLog | None = None
     """What planner workers print. None: none of them are processes of this station."""
+    link_store: LinkStore | None = None
+    """Keeps changes of links for later starts. None: they end with the station."""
     folder: Path | None = None
     """Where downloads from vehicles and their caches are written. None: nothing is written."""
     rehearsals: Path | None = None

@@ -8,8 +8,6 @@ from tui_gcs.widgets.basics.palette import Ink
 
 NO_LIMIT = ("none", "no limit", "-")
 """What is typed for a link without a limit."""
-LASTS = "; until the station ends or is restarted: --link keeps it"
-"""How long a change holds: links are those of the command line again after a restart."""
 
 
 class LinkEdits(ScreenEdits):
@@ -55,6 +53,6 @@ class LinkEdits(ScreenEdits):
     async def _carry_out(self, request: AddLink | CloseLink | SetLinkRate) -> None:
         reply = await self._feed.requests.send(request)
         if reply.ok:
-            self.say(f"{reply.text}{LASTS}", Ink.NORMAL)
+            self.say(reply.text, Ink.NORMAL)
         else:
             self.say(f"NOT DONE: {reply.text}", Ink.WARNING)

@@ -44,7 +44,7 @@ class LinkPanel(LinesView):
 def title_of(row: WatchedLink | PathRow | PartnerRow | None) -> str:
     """Return what the row is."""
     if isinstance(row, WatchedLink):
-        return row.row.name
+        return f"{row.row.name}   {'added here, kept' if row.row.is_added else 'given at the start'}"
     if isinstance(row, PathRow):
         return f"vehicle {row.vehicle}   {row.link} {row.address}"
     return row.endpoint if row is not None else "link"
