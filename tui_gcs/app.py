@@ -35,6 +35,7 @@ from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import AddPoints, RunKind
 from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct
 from tui_gcs.feed.feed import PERIOD_S, Feed
+from tui_gcs.feed.live_watch import LOOK_S as LIVE_LOOK_S
 from tui_gcs.feed.live_watch import LiveWatch
 from tui_gcs.feed.messages import DisplayLagged, FleetUpdated, StatusUpdated
 from tui_gcs.feed.notices import NOTICE_S, Notice, NoticeBoard, Severity
@@ -61,8 +62,6 @@ if TYPE_CHECKING:
     from tui_gcs.screens.plan.plan_screen import PlanScreen
 
 REPLAY_WORDS = "replay: nothing is commanded from here"
-LIVE_LOOK_S = 0.5
-"""As often as a station publishes its status."""
 NOTE_SEVERITIES = {Severity.NORMAL: 6, Severity.GREY: 6, Severity.CAUTION: 4, Severity.WARNING: 4}
 """MAV_SEVERITY of a notice in the station's journal."""
 
@@ -482,8 +481,6 @@ class ReplayApp(ConsoleApp):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = bindings(REPLAY_ACTIONS, REPLAY_SCOPE)
-    _subjects: frozenset[str] = frozenset()
-    """What the bell has rung for; see `LiveNews.subjects`."""
 
     def on_mount(self) -> None:
         """Listen to what flies. Textual calls that of `ConsoleApp`, too."""
@@ -505,9 +502,8 @@ class ReplayApp(ConsoleApp):
         kinds, news = " and ".join(beside.kinds), beside.news()
         self.feed.requests.read_only = f"{REPLAY_WORDS}   !h HOLDS {kinds}" if kinds else REPLAY_WORDS
         self.keys.chord_help = f"! h HOLD ALL of {kinds} NOW   r, l: nothing, leave the replay" if kinds else CHORD_HELP
-        if news.subjects - self._subjects and self.bell_rings.is_on:
+        if news.rings and self.bell_rings.is_on:
             self.bell()
-        self._subjects = news.subjects
         self.feed.show_live(news.line)
 
     def _hold_what_flies(self) -> None:

@@ -5,7 +5,8 @@ import gc
 import os
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from tui_gcs.cli.installation import config
 from tui_gcs.client.launcher import START_LIMIT_S, start_error
 from tui_gcs.client.user_settings import SettingsInUse, path_of
 from tui_gcs.console.groups import GroupFile
+from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.base.directories import socket_path, state_dir
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.formats.overlays import Overlay, OverlayError, load_overlay
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from tui_gcs.actions.palette.own_commands import OwnCommands
     from tui_gcs.app import ConsoleApp
     from tui_gcs.core.formats.base_map_files import BaseMap
+    from tui_gcs.feed.live_watch import LiveWatch
 
 POLL_S = 0.2
 
@@ -114,6 +117,19 @@ def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = 
     finally:
         over.set()
         bus.close()
+
+
+@contextmanager
+def stations_beside(program: str) -> Iterator["LiveWatch"]:
+    """Listen to the stations of this computer while `program` shows a recording, which may cover their console."""
+    from tui_gcs.feed.live_watch import LiveWatch
+
+    buses = {kind: connect_later(socket_path(kind)) for kind in (RunKind.LIVE, RunKind.SIM)}
+    try:
+        yield LiveWatch(buses, f"{program}-{os.getpid()}", MonotonicClock())
+    finally:
+        for bus in buses.values():
+            bus.close()
 
 
 def operators_keymap() -> dict[str, str]:

@@ -2,19 +2,23 @@
 
 import argparse
 import math
-import os
 import shutil
 import sys
 import threading
+from typing import TYPE_CHECKING
 
 from tui_gcs.actions.replay_times import ReplayTimeError, since_beginning_s
 from tui_gcs.cli.common import need_terminal
-from tui_gcs.cli.console import ConsolePreferences, preferences, recordings
+from tui_gcs.cli.console import ConsolePreferences, preferences, recordings, stations_beside
 from tui_gcs.cli.exit_codes import CommandError, ReportCode
-from tui_gcs.core.base.directories import socket_path
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.terminal.terminal_options import wants_slow
+
+if TYPE_CHECKING:
+    from tui_gcs.core.protocol.bus import MemoryBus
+    from tui_gcs.core.station.replay_player import Player
+    from tui_gcs.feed.live_watch import LiveWatch
 
 TICK_S = 0.05
 
@@ -60,27 +64,31 @@ def _summary(arguments: argparse.Namespace) -> int:
 
 
 def _show(file: str, speed: float, begin_s: float, options: ConsolePreferences) -> int:
-    from tui_gcs.app import ReplayApp
-    from tui_gcs.console.parts import ConsoleOptions
     from tui_gcs.core.base.clock import MonotonicClock
     from tui_gcs.core.protocol.bus import MemoryBus
-    from tui_gcs.core.protocol.zenoh_bus import connect_later
     from tui_gcs.core.records.tlog_reader import TlogError
     from tui_gcs.core.station.replay_player import Player
-    from tui_gcs.feed.live_watch import LiveWatch
 
-    bus, clock = MemoryBus(), MonotonicClock()
+    bus = MemoryBus()
     try:
-        player = Player(file, speed, bus, clock, begin_s)
+        player = Player(file, speed, bus, MonotonicClock(), begin_s)
     except TlogError as error:
         raise CommandError(str(error)) from None
-    buses = {kind: connect_later(socket_path(kind)) for kind in (RunKind.LIVE, RunKind.SIM)}
+    with stations_beside("replay") as beside:
+        return _played(player, bus, options, beside)
+
+
+def _played(player: "Player", bus: "MemoryBus", options: ConsolePreferences, beside: "LiveWatch") -> int:
+    """Show what the player plays until the operator leaves; return the exit code."""
+    from tui_gcs.app import ReplayApp
+    from tui_gcs.console.parts import ConsoleOptions
+
     app = ReplayApp(
         bus,
         kind=RunKind.REPLAY,
         options=ConsoleOptions(
             replay=True,
-            beside=LiveWatch(buses, f"replay-{os.getpid()}", clock),
+            beside=beside,
             overlays=options.overlays,
             base_map=options.base_map,
             keymap=options.keymap,
@@ -104,6 +112,4 @@ def _show(file: str, speed: float, begin_s: float, options: ConsolePreferences) 
         over.set()
         thread.join(2.0)
         player.close()
-        for one in buses.values():
-            one.close()
     return app.return_code or 0

@@ -1,4 +1,4 @@
-"""The stations that fly while this console shows a replay: their worst news in one line, and HOLD ALL.
+"""The stations that fly while a recording is shown: their worst news in one line, and HOLD ALL.
 
 A replay has a bus of its own on which no vehicle is. A `LiveWatch` listens to the stations of this computer beside it.
 It asks them nothing and has one order: a hold of all vehicles. An emergency stop works whatever else the operator does
@@ -32,6 +32,8 @@ from tui_gcs.feed.stop_requests import StopRequests
 
 _Sample = TypeVar("_Sample", StationStatus, FleetFrame, ServiceReply)
 
+LOOK_S = 0.5
+"""A console looks as often as a station publishes its status."""
 SILENT_S = 3.0
 """A station that publishes no status this long is reported as silent; it publishes two a second."""
 STOP_TRIES = 6
@@ -46,7 +48,9 @@ class LiveNews:
     line: Notice
     """Of all stations, the worst first; an empty text where none was heard."""
     subjects: frozenset[str] = frozenset()
-    """What is to be noticed, without changing numbers: a new one rings the bell."""
+    """What is to be noticed, without changing numbers."""
+    rings: bool = False
+    """Something of it is new since the last look."""
 
 
 @dataclass
@@ -80,6 +84,7 @@ class LiveWatch:
         key = keys.REQUEST.format(principal=principal)
         self._stations = [_HeardStation(kind, bus, StopRequests(bus, key)) for kind, bus in buses.items()]
         self._clock = clock
+        self._seen: frozenset[str] = frozenset()
 
     def open(self) -> None:
         """Begin to listen."""
@@ -106,13 +111,13 @@ class LiveWatch:
         """Return what is to be said of all stations now."""
         now_s, kinds = self._clock.now(), self.kinds
         found = [_news(one, now_s) for one in self._stations if one.kind in kinds]
+        subjects: frozenset[str] = frozenset().union(*(news.subjects for news in found))
+        rings, self._seen = bool(subjects - self._seen), subjects
         if not found:
             return LiveNews(Notice(""))
         found.sort(key=lambda news: -news.line.level)
         words = "  | ".join(news.line.text for news in found)
-        return LiveNews(
-            Notice(clean(words, MAX_CELLS), found[0].line.level), frozenset().union(*(news.subjects for news in found))
-        )
+        return LiveNews(Notice(clean(words, MAX_CELLS), found[0].line.level), subjects, rings)
 
     async def hold_all(self) -> Notice:
         """Have every station that was heard hold all its vehicles; return what they answered."""
@@ -170,7 +175,8 @@ def _answer(kind: RunKind, answer: bytes | BaseException) -> Notice:
         return Notice(f"HOLD ALL {kind}: its answer cannot be read: another version of tui-gcs?", Severity.WARNING)
     refused = [f"{result.vehicle}: {result.text}" for result in reply.results if not result.ok]
     if refused or not reply.ok:
-        return Notice(f"HOLD ALL {kind} NOT DONE for {'; '.join(refused) or reply.text}", Severity.WARNING)
+        why = f" for {'; '.join(refused)}" if refused else f": {reply.text}"
+        return Notice(f"HOLD ALL {kind} NOT DONE{why}", Severity.WARNING)
     return Notice(f"HOLD ALL {kind}: sent to {len(reply.results)}", Severity.CAUTION)
 
 

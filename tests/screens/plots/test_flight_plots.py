@@ -11,10 +11,15 @@ import pytest
 from tests.core.records.onboard_log_files import copter_log
 from tests.core.records.test_flight_series import START_S, VEHICLE, attitude, heartbeat, param, tlog
 from tests.screens.plots.test_plots_screen import typed
+from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.pictures import same_as_snapshot
 from tests.screens.rigs.quiet_pilot import QuietPilot
 from tui_gcs.console.flight_plot_app import FlightPlotApp
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.common import Hold, RunKind
 from tui_gcs.core.records.onboard_series import open_flight
+from tui_gcs.feed.live_watch import LiveWatch
 from tui_gcs.feed.plots.flight_source import FlightPlotSource, joined
 from tui_gcs.feed.plots.plot_layout import WHOLE_FLIGHT, PlotLayout
 from tui_gcs.widgets.basics.glyphs import UNICODE
@@ -68,6 +73,31 @@ async def test_pictures(tmp_path: Path, size: tuple[int, int]) -> None:
         await p.press(*typed("attitude.roll"))
         await p.press(*["left"] * 30)
         assert same_as_snapshot(f"plots-flight-{size[0]}x{size[1]}", p.text())
+
+
+async def test_what_flies_meanwhile_is_on_a_line_and_hold_all_holds_it(tmp_path: Path) -> None:
+    live, clock = FakeStation(MemoryBus(), kind=RunKind.LIVE), VirtualClock()
+    source = FlightPlotSource([open_flight(recorded(tmp_path))])
+    watch = LiveWatch({RunKind.LIVE: live.bus}, "plot-test", clock)
+    app = FlightPlotApp(source, "f.tlog", PlotLayout(window=WHOLE_FLIGHT), glyphs=UNICODE, beside=watch, clock=clock)
+    rung: list[str] = []
+    app.bell = lambda: rung.append("bell")  # type: ignore[method-assign]
+    async with app.run_test(size=NARROW):
+        p = Plots(app)
+        await p.press("exclamation_mark", "h")
+        assert "nothing sent: plots" in p.text() and live.requests == []
+        live.fly()
+        live.tick(0.5)
+        app.look_at_what_flies()
+        await p.press()
+        assert "8 ARMED" in p.text().splitlines()[1] and rung == ["bell"]
+        for key in "abcdefgimnoprstuvwxyz":
+            await p.press(key, "escape", "escape")
+        await p.press("exclamation_mark", "r", "exclamation_mark", "l")
+        assert live.requests == []
+        await p.press("exclamation_mark", "h")
+        assert [type(request) for request in live.requests] == [Hold]
+        assert "HOLD ALL LIVE: sent to 8" in p.text()
 
 
 async def test_the_whole_flight_is_shown_and_a_moment_is_found(tmp_path: Path) -> None:

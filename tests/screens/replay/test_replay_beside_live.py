@@ -93,7 +93,7 @@ async def test_it_is_a_replay_on_every_screen_and_what_flies_is_beside_it(screen
         await r.press(*screen_keys)
         await r.tick(r.sim)
         assert r.top.startswith(" REPLAY ") and "NOW  SIM  8/8 heard" in r.third
-        assert "q leaves the replay  !h HOLD ALL of this" in r.third
+        assert "q goes back  !h HOLD ALL of this" in r.third
 
 
 @pytest.mark.parametrize(

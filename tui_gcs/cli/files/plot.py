@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.command_report import CommandReport, finish
-from tui_gcs.cli.console import operators_theme
+from tui_gcs.cli.console import operators_theme, stations_beside
 from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.cli.files.file_access import MAX_CELLS
 from tui_gcs.core.base.directories import state_dir
@@ -47,16 +47,18 @@ def run(arguments: argparse.Namespace) -> int:
 
     title = clean(", ".join(path.name for path in paths), MAX_CELLS)
     colours = True if os.environ.get("NO_COLOR") else None
-    app = FlightPlotApp(
-        source,
-        title,
-        layout,
-        folder=state_dir(RunKind.REPLAY),
-        glyphs=glyphs,
-        theme=operators_theme(),
-        ansi_color=colours,
-    )
-    app.run(mouse=not wants_slow())
+    with stations_beside("plot") as beside:
+        app = FlightPlotApp(
+            source,
+            title,
+            layout,
+            folder=state_dir(RunKind.REPLAY),
+            glyphs=glyphs,
+            theme=operators_theme(),
+            ansi_color=colours,
+            beside=beside,
+        )
+        app.run(mouse=not wants_slow())
     return app.return_code or 0
 
 

@@ -6,11 +6,13 @@ from textual.app import ComposeResult
 
 from tui_gcs.actions.action import SCREENS, action
 from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.feed.notices import Notice
 from tui_gcs.feed.plots.flight_source import FlightPlotSource
 from tui_gcs.feed.plots.plot_layout import WHOLE_FLIGHT
 from tui_gcs.screens.plots.plot_screen import PlotScreen, PlotStateLine
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.live_line import LiveLine
 from tui_gcs.widgets.basics.palette import Ink
 
 READ_S = 0.25
@@ -35,10 +37,13 @@ class FlightPlotsScreen(PlotScreen):
         self.plan.window = WHOLE_FLIGHT
         self._title = title
         self.title_line = PlotStateLine(glyphs=glyphs)
+        self.live_line = LiveLine(glyphs=glyphs)
+        self.live_line.display = False
 
     def compose(self) -> ComposeResult:
-        """Compose the name of the flight, the panes, the line below them and the footer."""
+        """Compose the name of the flight, what flies meanwhile, the panes, the line below them and the footer."""
         yield self.title_line
+        yield self.live_line
         yield from self.plot_widgets()
         yield FooterLine((*APP_KEYS, *self.ACTIONS), glyphs=self._glyphs)
 
@@ -46,6 +51,11 @@ class FlightPlotsScreen(PlotScreen):
         """Begin to read."""
         self.set_interval(READ_S, self.read_on)
         self.call_after_refresh(self.read_on)
+
+    def show_live(self, news: Notice) -> None:
+        """Show what flies meanwhile; the line is not there where nothing does."""
+        self.live_line.display = bool(news.text)
+        self.live_line.show(news)
 
     def read_on(self) -> None:
         """Read what is plotted and was not read yet."""

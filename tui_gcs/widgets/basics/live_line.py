@@ -1,4 +1,4 @@
-"""The third line over a replay: what flies now, and the keys that leave the replay and hold what flies."""
+"""The line over a replay or recorded plots: what flies now, and the keys that go back and hold what flies."""
 
 from rich.cells import cell_len
 
@@ -31,9 +31,7 @@ class LiveLine(LinesView):
         mark = {Severity.WARNING: "! ", Severity.CAUTION: "^ "}.get(self._news.level, "")
         leave, hold = KEYS.get("detach", "q"), KEYS["hold_all"]
         wide = width >= WIDE
-        keys = (
-            f"   {leave} leaves the replay  {hold} HOLD ALL of this " if wide else f"  {leave} back  {hold} HOLDS this "
-        )
+        keys = f"   {leave} goes back  {hold} HOLD ALL of this " if wide else f"  {leave} back  {hold} HOLDS this "
         now = f" {mark}NOW "
         room = width - cell_len(now + keys)
         words = cut(f" {self._news.text}", room)
