@@ -394,7 +394,7 @@ async def test_the_palette_finds_the_screen() -> None:
 
 
 def alone(c: Console) -> list[str | None]:
-    """The sections that were asked for alone; meanwhile the screen may have looked at all of them, by the real clock."""
+    """The sections that were asked for alone; the screen itself looks at all of them by the real clock."""
     return [r.section for r in c.station.requests if isinstance(r, GetSetup) and r.only]
 
 
