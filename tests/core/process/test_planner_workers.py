@@ -105,7 +105,7 @@ def test_what_a_planner_started_is_killed_with_it_when_it_hangs(
 def test_what_a_planner_started_is_killed_when_it_died(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     workers, group = group_of("os._exit(3)", tmp_path, monkeypatch)
     wait_for(lambda: workers.pid("red") is None)
-    workers.keep({"red": "mine"}, 1.0)
+    workers.keep({"red": "mine"}, FIRST_WAIT_S / 2)  # no second one is started
     wait_for(lambda: is_empty(group))
 
 
