@@ -80,8 +80,8 @@ EQUIVALENT: dict[str, str] = {
     "guard._braking_region: miss > BAND_TOLERANCE_M + BAND_OVERSHOOT_M"
     " -> miss >= BAND_TOLERANCE_M + BAND_OVERSHOOT_M": AT_LIMIT,
     "guard._jump: away_m > CATCH_UP_M -> away_m >= CATCH_UP_M": AT_LIMIT,
-    "guard._jump: change > CATCH_UP_S * self.limits.accel_m_s2"
-    " -> change >= CATCH_UP_S * self.limits.accel_m_s2": AT_LIMIT,
+    "guard._jump: change > within_s * self._each(batch, rows, 'accel_m_s2')"
+    " -> change >= within_s * self._each(batch, rows, 'accel_m_s2')": AT_LIMIT,
     "guard._jump: length_of(velocity) > BRAKES_BELOW_M_S -> length_of(velocity) >= BRAKES_BELOW_M_S": AT_LIMIT,
     "flight_region.__init__: self.free.convex_hull.area - self.free.area < SAME_M ** 2"
     " -> self.free.convex_hull.area - self.free.area <= SAME_M ** 2": EDGE,

@@ -177,6 +177,15 @@ def test_another_velocity_must_be_had_within_two_seconds(has: float, code: str) 
     assert said(passing(50.0, 50.0, vx=8.0), velocity=(has, 0.0, 0.0)).code == code
 
 
+@pytest.mark.parametrize(
+    ("age_s", "has", "code"), [(1.0, 0.4, "jump"), (1.0, 0.6, ""), (3.0, -4.4, ""), (9.0, -4.6, "jump")]
+)
+def test_a_vehicle_that_is_silent_may_have_turned_as_it_was_told(age_s: float, has: float, code: str) -> None:
+    """For each second since it was heard its velocity may have changed by another 2.5 m/s, up to three seconds."""
+    me = sight(HERE, passing(50.0, 50.0, vx=8.0), (has, 0.0, 0.0))
+    assert judge(guard(), dataclasses.replace(me, age_s=age_s)).code == code
+
+
 def test_who_is_asked_to_stop_may_stop() -> None:
     assert said(samples([(0.9, 0.0, 0.0)] * 9), velocity=(8.0, 0.0, 0.0)).code == ""
     assert said(samples([(1.1, 0.0, 0.0)] * 9), velocity=(8.0, 0.0, 0.0)).text == (

@@ -24,6 +24,7 @@ from tui_gcs.core.guard.lost_link_paths import lost_link_paths
 from tui_gcs.core.guard.motion_prediction import (
     CLIMB_M_S,
     DESCENT_M_S,
+    LOST_AGE_S,
     FleetPrediction,
     VehicleState,
     predict,
@@ -42,7 +43,7 @@ SPEED_TOLERANCE = 1.05
 ACCEL_TOLERANCE = 1.25
 """Factor on the acceleration limit, between two samples of a course: a tour is smooth in time, not in its samples."""
 CATCH_UP_S = 2.0
-"""A course may ask for a velocity that the vehicle can have within this time."""
+"""A course may ask for a velocity that the vehicle can have within this time after it was heard."""
 CATCH_UP_M = 15.0
 """A course may be this far from the vehicle. A larger gap would be closed at the autopilot's own speed, unlimited by
 us."""
@@ -276,9 +277,13 @@ class Guard:
         away_m = length_of(batch.points_m[rows] - batch.prediction.here_m[rows])
         batch.refuse(rows, away_m > CATCH_UP_M, "jump", lambda i: f"its course is {away_m[i]:.0f} m away from it")
         change = length_of(velocity - batch.has_m_s[rows])
+        # A vehicle whose link fell silent in a bend was vetoed for turning as it was told. Containment and separation
+        # do not rest on this rule: they are predicted from where it may be after that age, within its acceleration.
+        ages_s = np.array([batch.prediction.states[row].age_s for row in rows.tolist()], dtype=float)
+        within_s = CATCH_UP_S + np.nan_to_num(np.clip(ages_s, 0.0, LOST_AGE_S))
         batch.refuse(
             rows,
-            (change > CATCH_UP_S * self._each(batch, rows, "accel_m_s2")) & (length_of(velocity) > BRAKES_BELOW_M_S),
+            (change > within_s * self._each(batch, rows, "accel_m_s2")) & (length_of(velocity) > BRAKES_BELOW_M_S),
             "jump",
             lambda i: f"its course moves {change[i]:.1f} m/s otherwise than it does",
         )
