@@ -12,7 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from tui_gcs.core.formats.base_map_files import BaseMap, GroundKind, Tile, TileId, tile_of
+from tui_gcs.core.formats.base_map_files import BaseMap, GroundKind, Segments, Tile, TileId, tile_of
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_raster import DotRaster
@@ -134,9 +134,13 @@ def draw_base_map(
     raster = DotRaster(view.columns, view.rows)
     needed = list(tiles_in_view(tiles.base_map, view, frame))
     there = tiles.ready(needed, viewer)
+    half_m = view.rows * DOTS_Y * view.m_per_dot / 2.0
+    south_deg, north_deg = (frame.to_geodetic(0.0, view.centre_m[1] + side * half_m)[0] for side in (-1.0, 1.0))
     for kind, coarsest in FINEST_M_PER_DOT.items():
-        lines = [tile[kind] for tile in there if kind in tile]
-        if not lines or view.m_per_dot > coarsest:
+        if view.m_per_dot > coarsest:
+            continue
+        lines = [_between(tile[kind], south_deg, north_deg) for tile in there if kind in tile]
+        if not lines:
             continue
         pieces = np.concatenate(lines)
         begins = np.stack(frame.to_enu(pieces[:, 0], pieces[:, 1]), axis=1)
@@ -144,6 +148,12 @@ def draw_base_map(
         ink, dash = LOOKS[kind]
         raster.segments(view.to_dots(begins), view.to_dots(ends), ink, dash=dash)
     return raster, _state(tiles, needed, there)
+
+
+def _between(pieces: Segments, south_deg: float, north_deg: float) -> Segments:
+    """The pieces that are not wholly north or south of the view: mostly a few of a tile, and the rest costs less."""
+    begins, ends = pieces[:, 0], pieces[:, 2]
+    return pieces[(np.maximum(begins, ends) >= south_deg) & (np.minimum(begins, ends) <= north_deg)]
 
 
 def _state(tiles: BaseMapTiles, needed: Sequence[TileId], there: Sequence[Tile]) -> BaseMapState:
