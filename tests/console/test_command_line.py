@@ -6,7 +6,7 @@ from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.protocol.common import Hold, Note, RunPhase
-from tui_gcs.core.protocol.flight import GoTo
+from tui_gcs.core.protocol.flight import GoTo, Land
 from tui_gcs.screens.common.palette_dialog import PaletteDialog
 from tui_gcs.screens.orders.order_dialog import OrderDialog
 from tui_gcs.screens.plan.plan_screen import PlanScreen
@@ -104,6 +104,19 @@ async def test_return_without_a_selection_is_refused_and_never_returns_all() -> 
         await c.press("colon", *"return", "enter")
         assert isinstance(c.app.screen, PaletteDialog) and "no vehicle is selected" in c.app.screen.text()
         assert c.station.commands() == []
+
+
+@pytest.mark.parametrize("typed", ["la", "land", "LAND A"])
+async def test_a_part_of_a_name_never_commands_every_vehicle(typed: str) -> None:
+    async with console(prepare=flight) as c:
+        await c.press("colon", *typed, "enter")
+        assert isinstance(c.app.screen, PaletteDialog) and c.station.commands() == []
+        if typed == "land":  # a whole name, that of the order to selected vehicles
+            assert "no vehicle is selected" in c.app.screen.text()
+            return
+        assert "land all: every vehicle, at once; Enter again does it" in c.app.screen.text()
+        await c.press("enter")
+        assert [type(request) for request in c.station.commands()] == [Land]
 
 
 async def test_a_line_changed_since_its_check_is_refused() -> None:

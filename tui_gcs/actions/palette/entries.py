@@ -10,6 +10,8 @@ from tui_gcs.actions.orders import ORDERS, why_not_order
 
 NO_ENTRY = frozenset({"digit", "enter", "cancel", "palette", "leave", "form"})
 """Actions that only make sense as keys."""
+WHOLE_FLEET = frozenset({"hold_all", "return_all", "land_all"})
+"""Actions that command every vehicle at once, without a question."""
 SHOW = "show "
 """How the names of the actions begin that show a screen."""
 OTHER_WORDS = {
@@ -41,6 +43,8 @@ class Entry:
     why_not: str = ""
     other_words: str = ""
     """What else it is called."""
+    whole_fleet: bool = False
+    """It commands every vehicle at once: only its whole name does it."""
 
     def matches(self, words: Iterable[str]) -> bool:
         """Whether the name and help contain every word."""
@@ -64,6 +68,7 @@ def entries_of(actions: Iterable[ConsoleAction], scope: str, context: ActionCont
             f"{where}.{action.call}",
             refusal(action, context),
             OTHER_WORDS.get(action.id, ""),
+            action.id in WHOLE_FLEET,
         )
         for action in actions
         if action.help and action.id not in NO_ENTRY

@@ -63,6 +63,10 @@ class PaletteDialog(TextDialog[str | None]):
             self._problem = "nothing has such a name"
         elif why := matching[self._at].why_not:
             self._problem = f"not now: {why}"
+        elif matching[self._at].whole_fleet and self._typed.casefold().strip() != matching[self._at].name.casefold():
+            # Two letters that somebody typed for something else must not land a fleet: `:la` found LAND ALL.
+            self._typed, self._at = matching[self._at].name, 0
+            self._problem = f"{self._typed}: every vehicle, at once; Enter again does it"
         else:
             self.finish(matching[self._at].run)
             return
