@@ -208,6 +208,19 @@ def test_replayed_frames_do_not_make_two_vehicles(wired: MakeWired, delay_s: flo
         flight.run(1.0)
         assert "several vehicles" not in flight.vehicle().why_not_commanded
     assert flight.vehicle().address == ("sim", 0)
+    # Over another link copies that are hardly late are what a second link of the vehicle brings.
+    assert any("a replay" in text for text in flight.texts()) == (link == "near" or delay_s > 3.0)
+
+
+@pytest.mark.parametrize("delay_s", [0.02, 0.8, 1.7])
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+def test_a_second_link_is_not_called_a_replay(wired: MakeWired, autopilots: str, delay_s: float) -> None:
+    """At the start of a station, and when it starts anew while the vehicle is heard."""
+    flight = wired(1, wires=[Wire("near"), Wire("far", delay_s=delay_s)], autopilots=autopilots).run(10.0)
+    flight.boot_station()
+    flight.run(10.0)
+    assert {path.source.link for path in flight.vehicle().paths} == {"near", "far"}
+    assert not [text for text in flight.texts() if "a replay" in text]
 
 
 def test_five_seconds_that_are_replayed_again_and_again_do_not_make_two_vehicles(wired: MakeWired) -> None:

@@ -10,6 +10,8 @@ MAX_HEARTBEATS = 300
 """Five minutes at 1 Hz: an older recording is not known as one."""
 MAX_SKIPPED = 3
 """Heartbeats that a replay may leave out, or that were lost."""
+MAX_LATE = 3
+"""Heartbeats that a slow second link of the vehicle may be behind."""
 
 
 class HeartbeatHistory:
@@ -27,6 +29,10 @@ class HeartbeatHistory:
         if len(self._frames) == MAX_HEARTBEATS:
             self._first += 1
         self._frames.append(raw)
+
+    def is_recent(self, raw: bytes) -> bool:
+        """Whether it is among the newest heartbeats, as over a second link that is somewhat slower."""
+        return raw in list(self._frames)[-MAX_LATE:]
 
     def find(self, raw: bytes, before: int | None) -> tuple[int | None, bool]:
         """Look for a heartbeat from another address; `before` is the number of the one before it, None at first.

@@ -148,7 +148,10 @@ class PathSelector:
         if slot.msgid == AUTOPILOT_VERSION:
             path.uid, path.answered = uid_of(slot), True
         elif slot.msgid == HEARTBEAT and self._is_replay(vehicle, path, slot):
-            self._report(vehicle, "its own heartbeats come again from another address: a replay", WARNING, every_s=30)
+            # The newest ones are what a second link of the same vehicle brings, until it is known as one.
+            if shares_link(vehicle, path) or not vehicle.heartbeats.is_recent(slot.raw):
+                text = "its own heartbeats come again from another address: a replay"
+                self._report(vehicle, text, WARNING, every_s=30)
         elif slot.msgid == HEARTBEAT and now - vehicle.last_heard_s < MIN_SECOND_SOURCE_S:
             newest_s = path.heartbeats_s[1 - MAX_HEARTBEATS :]
             path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_SOURCE_WINDOW_S), now]
