@@ -121,6 +121,21 @@ def test_one_that_stands_on_the_ground_armed_and_was_not_landed(rig: MakeRig) ->
     assert alarms(flight)["grounded"] == "no landing was ordered"
 
 
+def test_one_that_lands_by_its_own_failsafe_has_time_to_disarm(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The hold for a PX4 was not confirmed yet when its own RTL landed it: "no landing was ordered", for 2 s."""
+    flight = rig(3).flying().run(10.0)
+    assert flight.ask(m.Hold()).ok
+    flight.run(6.0)
+    monkeypatch.setattr("tui_gcs.core.flight.emergency_monitor.mode_name", lambda *_: "RTL")
+    i = flight.sim_index[2]
+    flight.sim._vehicles.flying[i] = False
+    flight.sim._vehicles.position_m[i, 2] = 0.0
+    flight.run(8.0)
+    assert "grounded" not in alarms(flight)
+    flight.run(5.0)
+    assert alarms(flight)["grounded"] == "it came down in RTL"
+
+
 def test_a_landing_and_a_return_are_no_emergency(rig: MakeRig) -> None:
     flight = rig(3).flying().run(5.0)
     assert flight.ask(Land(vehicles=(1,))).ok

@@ -9,9 +9,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from tui_gcs.core.firmware.foreign_command_policy import stop_word
 from tui_gcs.core.fleet.telemetry import struct_reader
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import Flight, FlightTable, HoldStep
+from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Freshness, Phase
 
 MAX_SINK_M_S, SINK_BAND_M_S = 6.0, 4.0
@@ -30,6 +32,9 @@ IMPACT_M = 5.0
 """Where its fall ends below this height above home it has hit the ground."""
 GROUND_M, GROUND_STILL_M_S, GROUND_S = 1.0, 0.5, 2.0
 """So low, so slow and for so long: it stands on the ground. No course leads below `steering.MIN_HOVER_M`."""
+OWN_LANDING_S = 10.0
+"""One that came down in a mode that lands it, by its own failsafe perhaps, disarms by itself: PX4 2 s after it has
+detected the ground (COM_DISARM_LAND), ArduPilot when its motors have been at their least for some seconds."""
 # Message id. On slow links ATTITUDE is seldom sent: an old one must not be taken for the attitude of now.
 ATTITUDE, MAX_ATTITUDE_AGE_S = 30, 1.0
 _ANGLES = struct_reader("4xff")
@@ -156,6 +161,8 @@ def _stands(vehicle: Vehicle, flight: Flight | None, watch: _ArmedWatch, now: fl
         watch.stands_since_s = math.nan
         return None
     watch.stands_since_s = now if math.isnan(watch.stands_since_s) else watch.stands_since_s
-    if now - watch.stands_since_s < GROUND_S:
+    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+    lands_itself = stop_word(vehicle, mode) in ("land", "return")
+    if now - watch.stands_since_s < (OWN_LANDING_S if lands_itself else GROUND_S):
         return None
-    return Emergency("grounded", "no landing was ordered")
+    return Emergency("grounded", f"it came down in {mode}" if lands_itself else "no landing was ordered")
