@@ -183,6 +183,7 @@ def test_a_rehearsal_leaves_a_record_that_is_found_by_its_plan(
         planner=[],
         set=[],
         vehicles=None,
+        instances=None,
         wind="3,0",
         gps_noise=None,
         fault="",

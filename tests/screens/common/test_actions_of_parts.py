@@ -60,7 +60,7 @@ def screen_of(scope: str) -> Screen | type[ReplayApp]:
     if scope == "settings":
         return SettingsScreen(feed, SettingsInUse())
     if scope == "rehearsals":
-        return RehearsalsScreen(feed, clock, None, lambda: 0)
+        return RehearsalsScreen(feed, clock, None, lambda: 0, lambda *_: None)
     if scope == "plots":
         return LivePlotsScreen(feed, ValueRecorder(feed.requests))
     return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen, "planner_log": PlannerLogScreen}[

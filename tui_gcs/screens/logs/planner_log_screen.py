@@ -17,6 +17,7 @@ from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.logs.planner_log_watch import PlannerLogWatch
 from tui_gcs.feed.messages import StationBack, StationLost
 from tui_gcs.screens.common.polled_screen import PolledScreen
+from tui_gcs.screens.common.row_copies import below_report
 from tui_gcs.screens.common.typed_words import TypedWords
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
@@ -129,6 +130,11 @@ class PlannerLogScreen(PolledScreen):
     def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
         """Report what became of a key."""
         self._report = ((clean(text, 400), ink),)
+        self.show_chosen()
+
+    def say_copied(self, text: str, ink: Ink) -> None:
+        """Report what was copied."""
+        self._report = below_report(self._report, text, ink)
         self.show_chosen()
 
     # ---------------------------------------------------------------- older lines
