@@ -100,7 +100,7 @@ APP_ACTIONS = (
         "",
         "resume",
         "in hold: the planners go on with those that flew for them before it",
-        6,
+        8,
         shown="Enter",
         why_not=_resumes,
     ),
@@ -119,11 +119,11 @@ APP_ACTIONS = (
     action(
         "show_journal", "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3, do="show('journal')"
     ),
-    action("show_menu", "S", "screens", "all other screens: S and a letter", SCREENS, 8),
+    action("show_menu", "S", "screens", "all other screens: S and a letter", SCREENS, 7),
     *(_screen(*each) for each in MENU_SCREENS),
     action("next_theme", "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
     action("redraw", "ctrl+l", "", "write the whole screen again", SCREENS),
-    action("palette", "colon ctrl+p", "find", "any action by name; ^P too", SCREENS, 7, shown=":"),
+    action("palette", "colon ctrl+p", "find", "any action by name; ^P too", SCREENS, 6, shown=":"),
     action("show_help", "question_mark", "help", "all keys, and what works now", SCREENS, 8),
     action("detach", "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
 )

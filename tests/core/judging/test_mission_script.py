@@ -255,7 +255,7 @@ def test_a_vehicle_that_stays_lost_is_named_at_the_end(rig: MakeRig) -> None:
     flight.sim.silence(1)
     wait(flight, script, 10.0)
     script.abort("interrupted")
-    fly(flight, script, 320.0)
+    fly(flight, script, return_limit_s(flight.scenario) + 20.0)
     assert script.armed == (2,), "which the caller can name"
 
 
