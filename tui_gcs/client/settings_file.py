@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tui_gcs.client.user_settings import PATHS, SETTINGS, SettingsError, parsed, problem_of, text_of
+from tui_gcs.core.base.file_replacement import replace_file
 
 if TYPE_CHECKING:
     from tui_gcs.core.scenario.toml_text import TomlText
@@ -108,22 +109,9 @@ def _replace(path: Path, text: str, *, exists: bool) -> None:
     try:
         real = path.resolve()
         real.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        mode = real.stat().st_mode & 0o777 if exists else NEW_MODE
         if exists and not os.access(real, os.W_OK):  # a rename would replace a file that is not to be changed
             raise SettingsError(f"{path}: cannot be written (it is read-only)")
-        new = real.with_name(f".{real.name}.new")
-        new.unlink(missing_ok=True)
-        file = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, mode)
-        try:
-            os.fchmod(file, mode)  # whatever the umask is
-            with os.fdopen(file, "wb") as out:
-                out.write(text.encode())
-                out.flush()
-                os.fsync(file)
-            new.replace(real)
-        except OSError:
-            new.unlink(missing_ok=True)
-            raise
+        replace_file(real, text.encode(), new_mode=NEW_MODE)
     except OSError as error:
         raise SettingsError(f"{path}: cannot be written ({error.strerror})") from None
 

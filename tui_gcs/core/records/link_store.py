@@ -4,11 +4,12 @@ A link that was added is opened at every later start, until it is closed. Closin
 another rate for it hold until this run ends, also after `kill -9`: at the next start the command line counts again.
 """
 
-import json
 import logging
 from pathlib import Path
 
 import msgspec
+
+from tui_gcs.core.base.file_replacement import replace_file
 
 log = logging.getLogger("tui_gcs.station")
 
@@ -97,13 +98,10 @@ class LinkStore:
             return _KeptLinks()
 
     def _write(self) -> None:
-        new = self._path.with_suffix(".new")
         try:
-            # Written beside and renamed: a `kill -9` in the middle leaves the old file whole.
-            new.write_text(json.dumps(msgspec.to_builtins(self._kept), indent=1))
-            new.replace(self._path)
+            replace_file(self._path, msgspec.json.format(msgspec.json.encode(self._kept), indent=1), sync=False)
         except OSError as error:
-            self.error = f"{new}: {error.strerror or error}"
+            self.error = f"{self._path}: {error.strerror or error}"
             log.error("changes of links cannot be kept: %s", self.error)
         else:
             self.error = ""

@@ -1,10 +1,10 @@
 """Where an edited file may be saved, and writing it so that a crash leaves either the old file or the new one."""
 
 import os
-import tempfile
 from pathlib import Path
 
 import tui_gcs
+from tui_gcs.core.base.file_replacement import replace_file
 
 PACKAGE = Path(tui_gcs.__file__).resolve().parent
 
@@ -74,30 +74,10 @@ def write(path: Path, text: str) -> None:
 
     Raises:     SaveError: it could not be written; the old file is unchanged.
     """
-    # The target of a link is replaced, not the link.
-    real = path.resolve()
-    temporary: Path | None = None
     try:
-        # In the same directory, since a file is only replaced atomically within one file system; a long name is cut,
-        # for prefix and suffix must fit into 255 bytes.
-        with tempfile.NamedTemporaryFile("wb", dir=real.parent, prefix=f".{real.name[:50]}.", delete=False) as file:
-            temporary = Path(file.name)
-            file.write(text.encode("utf-8"))
-            file.flush()
-            # Without this a crash could leave an empty file under the new name.
-            os.fsync(file.fileno())
-        temporary.chmod(real.stat().st_mode & 0o7777 if real.exists() else 0o666 & ~_umask())
-        temporary.replace(real)
+        replace_file(path, text.encode("utf-8"))
     except OSError as error:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
         raise SaveError(f"{path} was not written: {_reason(error)}") from error
-
-
-def _umask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
 
 
 def _reason(error: Exception) -> str:
