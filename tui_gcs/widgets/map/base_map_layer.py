@@ -16,7 +16,7 @@ from tui_gcs.core.formats.base_map_files import BaseMap, GroundKind, Segments, T
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_raster import DotRaster
-from tui_gcs.widgets.map.map_viewport import DOTS_X, DOTS_Y, Viewport
+from tui_gcs.widgets.map.map_viewport import Viewport
 
 EQUATOR_M = 40_075_016.686
 """Length of the equator in the Web Mercator projection (EPSG:3857)."""
@@ -27,7 +27,7 @@ MAX_IN_VIEW = 40
 MAX_KEPT = 96
 MAX_KEPT_PIECES = 4_000_000
 """Of all tiles that are kept, 130 MB: what `MAX_IN_VIEW` tiles have at most, so that no view drops its own."""
-FINEST_M_PER_DOT = {
+COARSEST_M_PER_DOT = {
     GroundKind.BUILDING: 1.5,
     GroundKind.CONTOUR: 15.0,
     GroundKind.ROAD: 6.0,
@@ -134,9 +134,9 @@ def draw_base_map(
     raster = DotRaster(view.columns, view.rows)
     needed = list(tiles_in_view(tiles.base_map, view, frame))
     there = tiles.ready(needed, viewer)
-    half_m = view.rows * DOTS_Y * view.m_per_dot / 2.0
-    south_deg, north_deg = (frame.to_geodetic(0.0, view.centre_m[1] + side * half_m)[0] for side in (-1.0, 1.0))
-    for kind, coarsest in FINEST_M_PER_DOT.items():
+    _, south_m, _, north_m = view.bounds_m
+    south_deg, north_deg = (frame.to_geodetic(0.0, y_m)[0] for y_m in (south_m, north_m))
+    for kind, coarsest in COARSEST_M_PER_DOT.items():
         if view.m_per_dot > coarsest:
             continue
         lines = [_between(tile[kind], south_deg, north_deg) for tile in there if kind in tile]
@@ -168,18 +168,15 @@ def _state(tiles: BaseMapTiles, needed: Sequence[TileId], there: Sequence[Tile])
 
 def tiles_in_view(base_map: BaseMap, view: Viewport, frame: LocalFrame) -> Iterator[TileId]:
     """The tiles that the view shows a part of, those in the middle first; none where they would be too many."""
-    half_x_m = view.columns * DOTS_X * view.m_per_dot / 2.0
-    half_y_m = view.rows * DOTS_Y * view.m_per_dot / 2.0
     lat_deg, _ = frame.to_geodetic(*view.centre_m)
     if not abs(lat_deg) < 85.0:
         return
     tile_m = EQUATOR_M * math.cos(math.radians(lat_deg))
     finest = math.floor(math.log2(tile_m / (LEAST_TILE_DOTS * view.m_per_dot)))
     zoom = min(max(finest, base_map.min_zoom), base_map.max_zoom)
-    (west, south), (east, north) = (
-        tile_of(*frame.to_geodetic(view.centre_m[0] + side * half_x_m, view.centre_m[1] + side * half_y_m), zoom)
-        for side in (-1.0, 1.0)
-    )
+    west_m, south_m, east_m, north_m = view.bounds_m
+    west, south = tile_of(*frame.to_geodetic(west_m, south_m), zoom)
+    east, north = tile_of(*frame.to_geodetic(east_m, north_m), zoom)
     columns = range(math.floor(west), math.floor(east) + 1)
     rows = range(max(0, math.floor(north)), min((1 << zoom) - 1, math.floor(south)) + 1)
     if len(columns) * len(rows) > MAX_IN_VIEW:

@@ -8,7 +8,7 @@ from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_raster import DotRaster
 from tui_gcs.widgets.map.map_scene import Word
-from tui_gcs.widgets.map.map_viewport import DOTS_X, DOTS_Y, Viewport
+from tui_gcs.widgets.map.map_viewport import DOTS_X, Viewport
 
 GRID_DASH = (1.0, 5.0)
 MIN_GRID_DOTS = 24.0
@@ -25,10 +25,7 @@ def round_length_m(least_m: float) -> float:
 def draw_grid(raster: DotRaster, view: Viewport) -> None:
     """Draw lines of equal easting and northing, at round numbers."""
     step_m = round_length_m(MIN_GRID_DOTS * view.m_per_dot)
-    half_m = (view.columns * DOTS_X * view.m_per_dot / 2.0, view.rows * DOTS_Y * view.m_per_dot / 2.0)
-    (west, south), (east, north) = (
-        tuple(centre + sign * half for centre, half in zip(view.centre_m, half_m, strict=True)) for sign in (-1.0, 1.0)
-    )
+    west, south, east, north = view.bounds_m
     for x_m in np.arange(math.ceil(west / step_m), math.floor(east / step_m) + 1) * step_m:
         raster.polyline(view.to_dots([(x_m, south), (x_m, north)]), Ink.GRID, dash=GRID_DASH)
     for y_m in np.arange(math.ceil(south / step_m), math.floor(north / step_m) + 1) * step_m:

@@ -24,6 +24,13 @@ class Viewport:
     columns: int = 1
     rows: int = 1
 
+    @property
+    def bounds_m(self) -> tuple[float, float, float, float]:
+        """West, south, east and north edge of the view, ENU metres."""
+        half_x_m, half_y_m = self.columns * DOTS_X * self.m_per_dot / 2.0, self.rows * DOTS_Y * self.m_per_dot / 2.0
+        x_m, y_m = self.centre_m
+        return x_m - half_x_m, y_m - half_y_m, x_m + half_x_m, y_m + half_y_m
+
     def to_dots(self, points_m: ArrayLike) -> NDArray[np.float64]:
         """Return (n, 2) ENU metres as (n, 2) dots: x right, y down, (0, 0) is the corner of the top left dot."""
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
