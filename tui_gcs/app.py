@@ -499,7 +499,7 @@ class ReplayApp(ConsoleApp):
         """Show the worst news of it; ring for a new one."""
         if (beside := self.options.beside) is None:
             return
-        kinds, news = " and ".join(beside.kinds), beside.news()
+        kinds, news = beside.words, beside.news()
         self.feed.requests.read_only = f"{REPLAY_WORDS}   !h HOLDS {kinds}" if kinds else REPLAY_WORDS
         self.keys.chord_help = f"! h HOLD ALL of {kinds} NOW   r, l: nothing, leave the replay" if kinds else CHORD_HELP
         if news.rings and self.bell_rings.is_on:
@@ -511,7 +511,7 @@ class ReplayApp(ConsoleApp):
         if beside is None or not beside.kinds:
             self.commands.hold_all()
             return
-        self.notice(f"HOLD ALL is sent to {' and '.join(beside.kinds)}", Severity.CAUTION, about="hold")
+        self.notice(f"HOLD ALL is sent to {beside.words}", Severity.CAUTION, about="hold")
         self.run_worker(self._report_hold(beside), group="hold", exit_on_error=False)
 
     async def _report_hold(self, beside: LiveWatch) -> None:

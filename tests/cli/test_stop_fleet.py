@@ -105,7 +105,7 @@ def test_landing_is_seen_by_the_descent_and_not_by_what_the_station_wants(shell:
 
 def test_a_station_that_does_not_answer_is_no_success(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
     shell.station.silent = True
-    monkeypatch.setattr(stop_fleet, "STOP_TRIES", 1)
+    monkeypatch.setattr(stop_fleet, "TRIES_OVER_RESTART", 1)
     code, out, err = shell.run("hold", "--json")
     report = json.loads(out)
     assert code == 2 and report["code"] == "no answer" and report["vehicles"] == []

@@ -132,12 +132,17 @@ def test_the_vehicle_with_the_worst_link(size: tuple[int, int]) -> None:
     run("stop")
 
 
-@demo("--autopilot", "mixed")
-def test_accelerometers_of_both_autopilots(operator: Operator) -> None:
+def opens_setup(operator: Operator) -> None:
+    """Show the setup of vehicles 1 and 2, with all that they say of it."""
     operator.sees("ready 8/8", 60.0)
     screen(operator, "s", "airframe")
     select(operator, "1-2", "1-2")
     operator.press("R", "read all sections: done", 60.0)
+
+
+@demo("--autopilot", "mixed")
+def test_accelerometers_of_both_autopilots(operator: Operator) -> None:
+    opens_setup(operator)
     operator.press(DOWN, "gyro")
     operator.press(ENTER, "accel")
     operator.press(DOWN, "accel: calibrated")
@@ -169,10 +174,7 @@ def calibrate_compass(operator: Operator, last: int) -> None:
 @demo("--autopilot", "mixed")
 def test_compasses_of_both_autopilots(operator: Operator) -> None:
     """No prompt waits for a key: the vehicles report how far they are, PX4 also which side it waits for."""
-    operator.sees("ready 8/8", 60.0)
-    screen(operator, "s", "airframe")
-    select(operator, "1-2", "1-2")
-    operator.press("R", "read all sections: done", 60.0)
+    opens_setup(operator)
     operator.press(DOWN, "gyro")
     operator.press(ENTER, "Enter set")
     for sensor in ("accel", "simple-accel", "level", "compass"):

@@ -33,11 +33,9 @@ from tui_gcs.core.protocol.common import (
     decode,
 )
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.feed.stop_requests import StopRequests
+from tui_gcs.feed.stop_requests import TRIES_OVER_RESTART, StopRequests
 
 REQUESTS: dict[str, type[StopRequest]] = {"hold": Hold, "return": Return, "land": Land}
-STOP_TRIES = 6
-"""How many tries of 2 s a stop has: a station that was killed comes back in 1 s, on a busy machine in several."""
 SEEN_S = 15.0
 """Telemetry may take this long to show it, as the console waits: ArduCopter brakes 3 s after the last velocity target,
 from 8 m/s in another 3.2 s."""
@@ -82,7 +80,7 @@ def stop_vehicles(
 
 def _send(bus: Bus, request: StopRequest) -> Reply:
     async def send() -> bytes:
-        return await StopRequests(bus, keys.REQUEST.format(principal=PRINCIPAL)).begin(request, STOP_TRIES)
+        return await StopRequests(bus, keys.REQUEST.format(principal=PRINCIPAL)).begin(request, TRIES_OVER_RESTART)
 
     try:
         return decode(asyncio.run(send()), Reply)

@@ -97,7 +97,7 @@ class FlightPlotApp(TerminalApp):
         self.plots.show_live(Notice(text, max(self._said.level, news.line.level)))
 
     async def _hold_what_flies(self, beside: LiveWatch) -> None:
-        self._say(Notice(f"HOLD ALL is sent to {' and '.join(beside.kinds)}", Severity.CAUTION))
+        self._say(Notice(f"HOLD ALL is sent to {beside.words}", Severity.CAUTION))
         self._say(await beside.hold_all())
 
     def _say(self, notice: Notice) -> None:

@@ -28,7 +28,7 @@ from tui_gcs.core.protocol.common import (
 )
 from tui_gcs.core.protocol.services import ServiceReply
 from tui_gcs.feed.notices import ALARM_SEVERITIES, Notice, Severity
-from tui_gcs.feed.stop_requests import StopRequests
+from tui_gcs.feed.stop_requests import TRIES_OVER_RESTART, StopRequests
 
 _Sample = TypeVar("_Sample", StationStatus, FleetFrame, ServiceReply)
 
@@ -36,8 +36,6 @@ LOOK_S = 0.5
 """A console looks as often as a station publishes its status."""
 SILENT_S = 3.0
 """A station that publishes no status this long is reported as silent; it publishes two a second."""
-STOP_TRIES = 6
-"""Tries of 2 s each, as `tui-gcs hold` has: a station that was killed is started again within seconds."""
 MAX_CELLS = 300
 
 
@@ -107,6 +105,11 @@ class LiveWatch:
             station.read(now_s)
         return tuple(one.kind for one in self._stations if one.status is not None and not one.status.ending)
 
+    @property
+    def words(self) -> str:
+        """The names of `kinds`; "" where no station was heard."""
+        return " and ".join(self.kinds)
+
     def news(self) -> LiveNews:
         """Return what is to be said of all stations now."""
         now_s, kinds = self._clock.now(), self.kinds
@@ -123,7 +126,7 @@ class LiveWatch:
         """Have every station that was heard hold all its vehicles; return what they answered."""
         kinds = self.kinds
         # All are sent before the first answer is awaited.
-        asked = [(one.kind, one.stops.begin(Hold(), STOP_TRIES)) for one in self._stations if one.kind in kinds]
+        asked = [(one.kind, one.stops.begin(Hold(), TRIES_OVER_RESTART)) for one in self._stations if one.kind in kinds]
         answers = await asyncio.gather(*(answer for _, answer in asked), return_exceptions=True)
         results = [_answer(kind, answer) for (kind, _), answer in zip(asked, answers, strict=True)]
         text = "  | ".join(result.text for result in results)

@@ -19,6 +19,9 @@ from tui_gcs.feed.bus_questions import awaited_answer
 
 EARLY_RETRY_S = 0.2
 """A question that fails before its time is asked again after this."""
+TRIES_OVER_RESTART = 6
+"""Tries, of 2 s each, of a stop that is given once and waited for: a station that was killed comes back in 1 s, on a
+busy machine in several."""
 SPARE_S = 0.5
 """Added to the time of all tries before the caller gets an error."""
 

@@ -127,6 +127,7 @@ def test_one_that_lands_by_its_own_failsafe_has_time_to_disarm(rig: MakeRig, mon
     assert flight.ask(m.Hold()).ok
     flight.run(6.0)
     monkeypatch.setattr("tui_gcs.core.flight.emergency_monitor.mode_name", lambda *_: "RTL")
+    monkeypatch.setattr("tui_gcs.core.flight.emergency_monitor.comes_down_by", lambda _: "return")
     i = flight.sim_index[2]
     flight.sim._vehicles.flying[i] = False
     flight.sim._vehicles.position_m[i, 2] = 0.0

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from tui_gcs.core.firmware.foreign_command_policy import stop_word
+from tui_gcs.core.firmware.foreign_command_policy import comes_down_by
 from tui_gcs.core.fleet.telemetry import struct_reader
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import Flight, FlightTable, HoldStep
@@ -161,8 +161,8 @@ def _stands(vehicle: Vehicle, flight: Flight | None, watch: _ArmedWatch, now: fl
         watch.stands_since_s = math.nan
         return None
     watch.stands_since_s = now if math.isnan(watch.stands_since_s) else watch.stands_since_s
-    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-    lands_itself = stop_word(vehicle, mode) in ("land", "return")
+    lands_itself = bool(comes_down_by(vehicle))
     if now - watch.stands_since_s < (OWN_LANDING_S if lands_itself else GROUND_S):
         return None
+    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
     return Emergency("grounded", f"it came down in {mode}" if lands_itself else "no landing was ordered")

@@ -53,16 +53,17 @@ class MissionSeparation:
         if not self._stoppable():
             return
         now, limits = self._clock.now(), self._guard.limits
-        known = {state.id: state for state in self._steering.known(now)}
+        states = self._steering.known(now)
+        by_id = {state.id: state for state in states}
         yield
         found = []
-        for pair in predicted_conflicts(list(known.values()), limits, now):
-            brakes_s = max(map(self._braking_s, (known[pair.one], known[pair.other])))
+        for pair in predicted_conflicts(states, limits, now):
+            brakes_s = max(map(self._braking_s, (by_id[pair.one], by_id[pair.other])))
             if pair.in_s <= brakes_s:
                 found.append((pair.one, pair.other, f"{pair.level_m:.0f} m in {pair.in_s:.0f} s from"))
         yield
-        states = [s for s in known.values() if not s.in_column and s.position_m[2] >= GROUND_M]
-        for one, other, level_m in _close_and_closing(states, limits):
+        away = [s for s in states if not s.in_column and s.position_m[2] >= GROUND_M]
+        for one, other, level_m in _close_and_closing(away, limits):
             found.append((one.id, other.id, f"{level_m:.0f} m and closing, from"))
         self._hold_all_of(found)
 

@@ -14,7 +14,7 @@ from tui_gcs.core.alarms.alarm_table import AlarmFinding
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleAlarmMonitor
 from tui_gcs.core.firmware.base import stands_still
-from tui_gcs.core.firmware.foreign_command_policy import stop_word
+from tui_gcs.core.firmware.foreign_command_policy import comes_down_by
 from tui_gcs.core.firmware.health import Concern, HealthProblem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import MIN_JUMP_M
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -347,8 +347,7 @@ def _does(vehicle: Vehicle, flight: Flight | None) -> str:
     """What brings it down, an order or a failsafe: "return" or "land"; "" if nothing does."""
     if flight is not None and flight.phase in _DOWN:
         return _DOWN[flight.phase]
-    word = stop_word(vehicle, mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode))
-    return word if word in _ON_ITS_WAY else ""
+    return comes_down_by(vehicle)
 
 
 def _fitting(finding: AlarmFinding, does: str) -> AlarmFinding:
