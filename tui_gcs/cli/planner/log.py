@@ -3,7 +3,6 @@
 import argparse
 import sys
 import time
-from collections.abc import Iterator
 from datetime import UTC, datetime
 
 import msgspec
@@ -35,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     bus = join(which(arguments.kind))
     try:
         newest = piece_of(bus, GetPlannerLog())
-        lines = list(newest_lines(bus, newest, shown, arguments.lines))
+        lines = newest_lines(bus, newest, shown, arguments.lines)
         if not arguments.json:
             sys.stdout.write("".join(map(text_of, lines)))
         if arguments.follow:
@@ -61,16 +60,14 @@ def piece_of(bus: Bus, request: GetPlannerLog) -> PlannerLogPiece:
     return reply.planner_log
 
 
-def newest_lines(bus: Bus, newest: PlannerLogPiece, shown: PlannerLogFilter, most: int) -> Iterator[PlannerLogLine]:
-    """Yield the newest lines that fit, `most` of them, oldest first; older pieces are asked for as needed."""
-    found: list[PlannerLogLine] = []
+def newest_lines(bus: Bus, newest: PlannerLogPiece, shown: PlannerLogFilter, most: int) -> list[PlannerLogLine]:
+    """Return the newest lines that fit, `most` of them, oldest first; older pieces are asked for as needed."""
+    found = [line for line in newest.lines if shown.passes(line)]
     piece = newest
-    while True:
-        found = [line for line in piece.lines if shown.passes(line)] + found
-        if len(found) >= most or piece.is_oldest:
-            break
+    while len(found) < most and not piece.is_oldest:
         piece = piece_of(bus, GetPlannerLog(piece.begin))
-    yield from found[len(found) - most :] if len(found) > most else found
+        found = [line for line in piece.lines if shown.passes(line)] + found
+    return found[max(0, len(found) - most) :]
 
 
 def follow(bus: Bus, place: int, shown: PlannerLogFilter) -> None:

@@ -119,13 +119,7 @@ def run(run_file: Path) -> None:
         station = Station(config, clock, bus, links, recorder, journal)
     except (LinkError, KeyStoreError, SigningError) as error:
         raise StartError(str(error)) from None
-    workers = PlannerWorkers(
-        socket_path(kind, run_dir),
-        planner_log,
-        _worker_arguments(kind, setting, files),
-        adopts=adopt_orphans(),
-    )
-    station.parts.records.events.listen(partial(_write_planner_event, planner_log, station))
+    workers = _planner_workers(run_dir, kind, _worker_arguments(kind, setting, files), planner_log, station)
     LinkRequests(station.parts).recall()
     loop = StationLoop(station, attach_frontend(station), bus, workers, store, reader, clock)
     try:
@@ -179,6 +173,14 @@ def _write_start(
     opened["watch"] = setting.get("watch", False)
     opened["scenario"] = scenario
     journal.write({"station": kind, "forced_kind": setting.get("forced_kind", False)} | opened)
+
+
+def _planner_workers(
+    run_dir: Path, kind: RunKind, arguments: list[str], planner_log: PlannerLog, station: Station
+) -> PlannerWorkers:
+    """Return the keeper of the planner workers; what they print, and events about planners, go into `planner_log`."""
+    station.parts.records.events.listen(partial(_write_planner_event, planner_log, station))
+    return PlannerWorkers(socket_path(kind, run_dir), planner_log, arguments, adopts=adopt_orphans())
 
 
 def _write_planner_event(planner_log: PlannerLog, station: Station, event: JournalEvent) -> None:
