@@ -67,7 +67,7 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     yield Row(f"{name}: ideal, n = {TEAM}", ideal_s, "s")
     yield Row(f"{name}: widest disc inside, in swaths", widest_swaths(zone.shape), "")
     cpu_s = time.process_time()
-    site = _site(zone, area, ())
+    site = site_as_planned(zone, area, ())
     search = begin_search(site, 0, TEAM)
     cpu_s = time.process_time() - cpu_s
     assert search.best is not None
@@ -78,7 +78,7 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     yield Row(f"{name}: {BACKGROUND_S:g} s in the background, CPU", time.process_time() - cpu_s, "s", BACKGROUND_S)
     yield from _judged(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
     yield from _spent(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape)
-    site = _site(zone, area, (), Px4Multicopter.off_course_m)
+    site = site_as_planned(zone, area, (), Px4Multicopter.off_course_m)
     search = begin_search(site, 0, TEAM)
     _search_on(search, site)
     ratio = best_ratio(search, zone.shape)
@@ -118,7 +118,7 @@ def _unseen() -> Iterator[Row]:
     now, later, narrow, covered, cpu = [], [], [], [], []
     for _, zone, area, closed in unseen(UNSEEN, UNSEEN_SEED):
         begin_s = time.process_time()
-        site = _site(zone, area, closed)
+        site = site_as_planned(zone, area, closed)
         search = begin_search(site, 0, TEAM)
         cpu.append(time.process_time() - begin_s)
         assert search.best is not None
@@ -140,8 +140,8 @@ def _unseen() -> Iterator[Row]:
         yield Row(f"unseen, narrower ({len(narrow)}): / better of loops and strips, most", max(narrow), "", 1.0)
 
 
-def _site(
-    zone: Zone, area: OperatingArea, closed: tuple[Zone, ...], off_course_m: float = ArduCopter.off_course_m
+def site_as_planned(
+    zone: Zone, area: OperatingArea, closed: tuple[Zone, ...] = (), off_course_m: float = ArduCopter.off_course_m
 ) -> TourSite:
     """As the patrol planner does by default for vehicles that may be so far beside their course."""
     default = {param.name: float(param.default) for param in Patrol.params if param.type is float}

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from tests.bench.planning.planning import site_as_planned
 from tests.planner.rigs.flights import AREA, designed, no_fly, region_of, zone_of
 from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s
 from tui_gcs.core.geometry.idleness_grid import cell_centres_m
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, area_m2
 from tui_gcs.core.scenario.model import OperatingArea, Scenario
 from tui_gcs.planner.patrol.tour import Tour, evaluate
+from tui_gcs.planner.patrol.tour_search import begin_search
 from tui_gcs.planner.patrol.tour_site import TourDesign
 
 U_SHAPE = Polygon(((10.0, 10.0), (90.0, 10.0), (90.0, 90.0), (65.0, 90.0), (65.0, 45.0), (35.0, 45.0), (35.0, 90.0)))
@@ -19,29 +21,46 @@ def ratio(worst_s: float, shape: Shape, n: int) -> float:
     return worst_s / ideal_idleness_s(area_m2(shape), n, BOUND_SPEED_M_S, FOOTPRINT_M)
 
 
-def assert_flyable(tour: Tour) -> None:
+def assert_flyable(tour: Tour, speed_m_s: float = 7.76) -> None:
     change = np.roll(tour.velocity_m_s, -1, axis=0) - np.roll(tour.velocity_m_s, 1, axis=0)
     assert np.isfinite(tour.xy_m).all()
     assert tour.period_s > 5.0
-    assert np.hypot(*tour.velocity_m_s.T).max() <= 7.77
+    assert np.hypot(*tour.velocity_m_s.T).max() <= speed_m_s + 0.01
     assert np.hypot(*change.T).max() / (2.0 * tour.dt_s) <= 2.5
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("round_index", [0, 1, 2])
-@pytest.mark.parametrize("zone_index", [0, 1])
-def test_every_round_is_patrolled_well(swarm: Scenario, round_index: int, zone_index: int) -> None:
-    round_ = swarm.rounds[round_index]
-    zone = round_.zones[zone_index]
-    found = designed(zone, round_.area)
-    assert_flyable(found.tour)
+@pytest.mark.parametrize(
+    ("round_number", "name", "published"),
+    [
+        (1, "home", 1.24),
+        (2, "home", 1.33),
+        (3, "home", 1.50),
+        (1, "field", 1.33),
+        (2, "field", 1.25),
+        (3, "field", 1.33),
+    ],
+)
+def test_every_round_is_patrolled_within_2_percent_of_the_published_figure(
+    swarm: Scenario, round_number: int, name: str, published: float
+) -> None:
+    """The figures in docs/research/figures.md are found with 300 units of search. 60 come within 1 % of them."""
+    round_ = swarm.rounds[round_number - 1]
+    (zone,) = (zone for zone in round_.zones if zone.name == name)
+    site = site_as_planned(zone, round_.area)
+    search = begin_search(site, 0, 4)
+    while search.units < 60:
+        search.work(site)
+    found = search.best
+    assert found is not None
+    assert_flyable(found.tour, site.motion.speed_m_s)
     assert found.real.coverage == 1.0
-    cornered = isinstance(zone.shape, Polygon)
-    assert ratio(found.real.worst_s, zone.shape, 4) <= (1.60 if cornered else 1.38)
     assert found.margin == 1.0, "0.5 m beside the tour everything is still seen"
-    for n in range(1, 9):
-        of_n = evaluate(found.tour, cell_centres_m(zone.shape, 2.5), FOOTPRINT_M, n)
-        assert ratio(of_n.worst_s, zone.shape, n) <= (1.65 if cornered else 1.42)
+    of_n = {n: evaluate(found.tour, cell_centres_m(zone.shape, 2.5), FOOTPRINT_M, n).worst_s for n in range(1, 9)}
+    assert ratio(of_n[4], zone.shape, 4) <= 1.02 * published
+    cornered = isinstance(zone.shape, Polygon)
+    for n, worst_s in of_n.items():
+        assert ratio(worst_s, zone.shape, n) <= (1.65 if cornered else 1.42)
 
 
 @pytest.mark.long
