@@ -55,14 +55,13 @@ class Arming(Part):
             "AHRS: waiting for home": not no_position and state.stage < Stage.PREARM_OK,
             "Check ANGLE_MAX": not MIN_ANGLE_CD <= params["ANGLE_MAX"] <= MAX_ANGLE_CD,
             "Mode requires mission": state.mode == AUTO and not self._auto.exists,
-            "Battery 1 below minimum arming voltage": self._battery.voltage_v < params["BATT_ARM_VOLT"],
             # A failsafe that is in force refuses arming: "gcs" until the station is heard again, "battery" until the
             # battery is reset.
             "GCS failsafe on": "gcs" in state.failsafes,
             "Battery failsafe": "battery" in state.failsafes,
             remote_id: bool(remote_id),
         }
-        return [text for text, fails in failing.items() if fails]
+        return [*(text for text, fails in failing.items() if fails), *self._battery.refusals()]
 
     def checks_passed(self) -> bool:
         """Return what the checks found when they ran last: up to a second ago, maybe in another mode."""

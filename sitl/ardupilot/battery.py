@@ -10,6 +10,7 @@ PACK_SAG = 0.2
 # A level that was reached stays, whatever the voltage is later (measured: latched until 42651 or a reboot).
 GOOD, LOW, CRITICAL = 0, 1, 2
 _THRESHOLDS = ((CRITICAL, "BATT_CRT_VOLT", "BATT_CRT_MAH"), (LOW, "BATT_LOW_VOLT", "BATT_LOW_MAH"))
+_ARMING_CHECKS = (("low", "BATT_LOW_VOLT", "BATT_LOW_MAH"), ("critical", "BATT_CRT_VOLT", "BATT_CRT_MAH"))
 _Limits = tuple[tuple[int, float, float], ...]
 """Level, and the voltage and charge below which it is reached."""
 
@@ -62,10 +63,21 @@ class CopterBattery:
         """Charge that is left, in percent of BATT_CAPACITY."""
         return max(0, math.ceil(100.0 * (1.0 - self.consumed_mah / max(self._params["BATT_CAPACITY"], 1.0))))
 
+    def refusals(self) -> list[str]:
+        """Return why this battery refuses arming: its voltage or charge is below a limit now, however briefly."""
+        volts, left, params = self.voltage_v, self.left_mah, self._params
+        failing = {"below minimum arming voltage": volts < params["BATT_ARM_VOLT"]}
+        for name, volt, mah in _ARMING_CHECKS:
+            failing[f"{name} voltage failsafe"] = volts < params[volt]
+            failing[f"{name} capacity failsafe"] = left < params[mah]
+        # ArduPilot reports the first only.
+        return [f"Battery 1 {text}" for text, fails in failing.items() if fails][:1]
+
     def fallen_to(self) -> int | None:
         """Latch and return a level that is worse than before; None otherwise.
 
-        A low voltage has to last for BATT_LOW_TIMER, a low charge counts at once.
+        A low voltage has to last for BATT_LOW_TIMER, a low charge counts at once. To be asked only while the vehicle is
+        armed: on the ground ArduCopter refuses arming instead, and latches nothing.
         """
         level, now_us = self._present_level(), self._clock.now_us
         # Latched: a voltage that recovers does not end the failsafe (docs/autopilots.md "Failsafes of ArduCopter").

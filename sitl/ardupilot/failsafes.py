@@ -70,8 +70,9 @@ class CopterFailsafes(Part):
             self.act("GCS Failsafe", RTL)
 
     def _watch_battery(self) -> None:
-        level, battery = self._battery.fallen_to(), self._battery
-        if level is None or not self._state.armed:
+        battery = self._battery
+        level = battery.fallen_to() if self._state.armed else None
+        if level is None:
             return
         volts, used_mah = battery.voltage_v, battery.consumed_mah
         self._outbox.text(

@@ -67,10 +67,11 @@ def select(operator: Operator, words: str, selected: str) -> None:
 @demo()
 def test_an_alarm_its_moment_in_the_log_and_its_cause(operator: Operator) -> None:
     operator.sees("ready 8/8", 60.0)
-    for name, value in (("BATT_LOW_VOLT", "13"), ("BATT_FS_LOW_ACT", "2")):  # by somebody else, on one vehicle
-        run("vehicle", "params", "set", "3", name, value, "--yes")
     operator.press(" ", "Enter = start")
     operator.press(ENTER, "begun for all 8")
+    operator.sees("armed 8", 60.0)
+    for name, value in (("BATT_FS_LOW_ACT", "2"), ("BATT_LOW_VOLT", "13")):  # by somebody else, on one vehicle
+        run("vehicle", "params", "set", "3", name, value, "--yes")
     operator.sees("FAILSAFE on board: vehicle 3", 60.0)
     operator.press("!", "h HOLD   r return   l land here")
     operator.press("l", "LAND ALL")

@@ -41,6 +41,28 @@ def test_a_low_voltage_acts_after_10_s_and_is_latched(booted, volts, mode, word,
     assert ground.command(400, 1) == 0
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [
+        ("BATT_LOW_VOLT", 13.0, "low voltage"),
+        ("BATT_CRT_VOLT", 13.0, "critical voltage"),
+        ("BATT_LOW_MAH", 99999.0, "low capacity"),
+        ("BATT_CRT_MAH", 99999.0, "critical capacity"),
+    ],
+)
+def test_on_the_ground_a_low_battery_refuses_arming_and_latches_nothing(booted, name, value, text):
+    ground = booted()
+    usual = {"BATT_LOW_VOLT": 10.5}.get(name, 0.0)
+    ground.param(name, value)
+    ground.run(12.0)
+    assert not [said for said in ground.texts() if said.startswith("Battery 1 is")], "a failsafe of armed vehicles"
+    ground.mode(GUIDED)
+    assert f"2 Arm: Battery 1 {text} failsafe" in ground.answers(400, 1)
+    ground.param(name, usual)
+    ground.run(2.0)
+    assert ground.command(400, 1) == 0
+
+
 def test_a_short_dip_is_nothing(booted):
     ground = booted()
     low_battery(ground)
