@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 # The size of a plain terminal, also over SSH.
 MIN_COLUMNS, MIN_LINES = 80, 24
-OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
 MAX_CELLS = 500
 """The longest error line about a planner's file, in terminal cells."""
 MAX_LOG_FOLDERS = 20
@@ -258,14 +257,17 @@ def check_dialects(files: list[str]) -> None:
 
 
 def check_forward(links: list[str], forward: list[str]) -> None:
-    """Check that no link is also forwarded to.
+    """Check that no link is also forwarded to: our vehicles would come back as another station's.
 
-    our vehicles would come back as another station's. Raises `CommandError`.
+    Raises:
+        CommandError: a link and a forwarding partner lead into each other.
     """
-    listening = {spec.port: spec.name for spec in _parsed(links) if spec.scheme in ("udpin", "tcpin")}
+    from tui_gcs.core.links.overlaps import led_into
+
+    specs = _parsed(links)
     for spec in _parsed(forward):
-        if spec.scheme in ("udpout", "tcp") and spec.port in listening and spec.host in OURSELVES:
-            raise CommandError(f"forward {spec.name} leads back into {listening[spec.port]}: name another station")
+        if name := led_into(spec, specs):
+            raise CommandError(f"forward {spec.name} leads back into {name}: name another station")
 
 
 def loopback_only(links: list[str]) -> None:

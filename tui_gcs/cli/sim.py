@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from tui_gcs.cli.common import OURSELVES, check_seed
+from tui_gcs.cli.common import check_seed
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.sim_fleet import spec_of_options
 from tui_gcs.client.launcher import StationLaunchError, check_fault, free_port, proxy_command
@@ -21,6 +21,7 @@ from tui_gcs.core.base.run_kind import RunKind
 PX4_ADDRESS = "127.0.0.1:14550"
 """The only address to which a real PX4 sends."""
 NAMES = {"ardupilot": "ArduPilot", "px4": "PX4"}
+OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
 STOP_S = 10.0
 POLL_S = 0.1
 MIN_SPEED, MAX_SPEED = 0.1, 100.0

@@ -19,6 +19,8 @@ from tests.core.rigs.rig import scenario, toml
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.forward.forwarder import Endpoint
+from tui_gcs.core.links import open_link
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.encode import Encoder
@@ -139,6 +141,7 @@ class ServiceRig:
         delay_s: float = 0.0,
         seed: int = 1,
         bytes_per_s: int | None = None,
+        forward: tuple[str, ...] = (),
     ) -> None:
         self.peers = {peer.system: peer for peer in peers}
         self.loss, self.duplicate, self.reorder, self.delay_s = loss, duplicate, reorder, delay_s
@@ -148,7 +151,9 @@ class ServiceRig:
         self.link = MemoryLink(spec=LinkSpec("memory", "memory", "", bytes_per_s=bytes_per_s))
         (tmp_path / "state").mkdir(mode=0o700, exist_ok=True)
         self.recorder, self.journal = TlogWriter(tmp_path / "run.tlog"), Journal(tmp_path / "run.jsonl")
-        config = StationConfig(RunKind.LIVE, scenario(), toml(), "", judge_steps=False, folder=tmp_path / "state")
+        endpoints = tuple(Endpoint(open_link(name, self.clock), commands=False) for name in forward)
+        state = tmp_path / "state"
+        config = StationConfig(RunKind.LIVE, scenario(), toml(), "", judge_steps=False, folder=state, forward=endpoints)
         self.station = Station(config, self.clock, self.bus, [self.link], self.recorder, self.journal)
         attach_frontend(self.station)
         self._under_way: list[tuple[float, int, Callable[[], None]]] = []

@@ -31,7 +31,15 @@ from tui_gcs.core.protocol.inspection import (
     SetMessageRate,
     ValueRow,
 )
-from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
+from tui_gcs.core.protocol.link_report import (
+    AddLink,
+    AddPartner,
+    CloseLink,
+    ClosePartner,
+    GetLinks,
+    LinkReport,
+    SetLinkRate,
+)
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
 from tui_gcs.core.protocol.planner_log import PLANNER_LOG_END, GetPlannerLog, PlannerLogLine, PlannerLogPiece
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff, TickItem
@@ -584,7 +592,7 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     HandOver: FakeStation._hand_over,
     TakeControl: FakeStation._take_control,
     s.CancelTask: FakeStation._cancel,
-    **dict.fromkeys((AddLink, CloseLink, SetLinkRate), FakeStation._change_link),
+    **dict.fromkeys((AddLink, CloseLink, SetLinkRate, AddPartner, ClosePartner), FakeStation._change_link),
     SetMessageRate: FakeStation._set_rate,
     s.GetParams: FakeStation._params,
     s.GetParamInfos: lambda station, request: s.ServiceReply(

@@ -40,6 +40,8 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 from tui_gcs.core.uplink.commands import DENIED, TEMPORARILY_REJECTED
 from tui_gcs.core.uplink.uplink import Uplink
 
+MAX_CLOSED = 16
+"""Closed endpoints whose counts are kept."""
 ANSWER_GAP_S = 1.0
 """The same refused request is answered at most this often (docs/threats.md B.6-49)."""
 # Message id.
@@ -100,13 +102,9 @@ class Forwarder:
         self._own_system = own_system
         self._clock = clock
         self._events = events
-        self.ports = [
-            Port(each.link, each.commands, Encoder(own_system, own_component), clock.now()) for each in endpoints
-        ]
-        for port in self.ports:
-            if port.link.spec.network not in networks:
-                known = ", ".join(name or "(default)" for name in networks)
-                raise LinkError(f"{port.link.name}: no link has network {port.link.spec.network!r}; there is {known}")
+        self._own_component = own_component
+        self.ports: list[Port] = []
+        """All endpoints; those that an operator has closed stay for their counts until there are too many."""
         self._plans: defaultdict[int, ForeignMission] = defaultdict(ForeignMission)
         """The mission of each vehicle, by number."""
         self._relay = MissionRelay(clock, self._pass_upload, self._end_upload)
@@ -124,6 +122,40 @@ class Forwarder:
         """Frames of other stations that ask for what is not allowed, or are not what they seem, by reason."""
         self.dropped: Counter[str] = Counter()
         """Frames without any fault that no system here or at an endpoint is to get, both ways, by reason."""
+        for endpoint in endpoints:
+            self.open(endpoint)
+
+    def open(self, endpoint: Endpoint) -> None:
+        """Begin to serve an endpoint; one of the same name that was closed makes room for it.
+
+        Raises:
+            LinkError: it serves a network that no link has.
+        """
+        link = endpoint.link
+        if link.spec.network not in self._networks:
+            known = ", ".join(name or "(default)" for name in self._networks)
+            raise LinkError(f"{link.name}: no link has network {link.spec.network!r}; there is {known}")
+        encoder = Encoder(self._own_system, self._own_component)
+        self.ports = [port for port in self.ports if port.link.name != link.name]
+        self.ports.append(Port(link, endpoint.commands, encoder, self._clock.now()))
+
+    def close(self, name: str, by: str) -> None:
+        """Close the endpoint of this name, which is open; what it sent and was refused stays known.
+
+        A mission that is being collected of it is dropped. One that is being handed to its vehicle goes to the end,
+        because ArduPilot has cut its old mission at the announcement: half of a mission would stay on board.
+        """
+        for port in self.ports:
+            if port.link.name == name and not port.is_closed:
+                port.close(by)
+                self._relay.drop_collected(port)
+        closed = [port for port in self.ports if port.is_closed]
+        for port in closed[: max(0, len(closed) - MAX_CLOSED)]:
+            self.ports.remove(port)
+
+    def filenos(self) -> list[int]:
+        """Return descriptors for select: one of them is readable when another station has sent something."""
+        return [number for port in self.ports for number in port.link.filenos()]
 
     def feed(self, network: str, link: str, raws: list[bytes]) -> None:
         """Send on frames that vehicles of `network` sent over `link`, in order.
@@ -133,7 +165,7 @@ class Forwarder:
         targets = [
             (port, partner)
             for port in self.ports
-            if port.link.spec.network == network and port.link.name != link
+            if port.link.spec.network == network and port.link.name != link and not port.is_closed
             for partner in port.partners.values()
         ]
         if not targets:
@@ -175,6 +207,8 @@ class Forwarder:
         """Read all endpoints and pass on what may be passed on; forget partners that fell silent."""
         now = self._clock.now()
         for port in self.ports:
+            if port.is_closed:
+                continue
             for data, address in port.link.receive():
                 self._take_all(port, *port.cut(data, address, now), address)
             for frames, bad_crc, address in port.flush(now):
@@ -306,6 +340,7 @@ class Forwarder:
         if why:
             return why
         self.passed += 1
+        port.passed += 1
         for listener in self.on_passed:
             listener(vehicle, ruling, source)
         if not ruling.quiet:

@@ -137,6 +137,12 @@ class MissionRelay:
         if upload is not None and not upload.is_complete:
             del self._uploads[vehicle.id]
 
+    def drop_collected(self, port: Port) -> None:
+        """Forget the items that are being collected from the stations at `port`, which is closed."""
+        for upload in list(self._uploads.values()):
+            if upload.port is port and not upload.is_complete:
+                del self._uploads[upload.vehicle.id]
+
     def on_vehicle(self, vehicle: Vehicle, message: MavlinkMessage, plan: ForeignMission) -> bool:
         """Take a frame of the mission protocol from the vehicle; whether it was for this relay and not for the station.
 

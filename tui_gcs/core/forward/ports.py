@@ -9,6 +9,7 @@ from typing import Any
 from tui_gcs.core.base.token_bucket import TokenBucket
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links import Link
+from tui_gcs.core.links.closed import ClosedLink
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
 from tui_gcs.core.mavlink.sources import Address
@@ -90,10 +91,29 @@ class Port:
         """(when, text) of the last event, by cause."""
         self.refused: Counter[str] = Counter()
         """Frames from here that were not passed on, by reason."""
+        self.passed = 0
+        """Frames from here that reached a vehicle."""
         self.suppressed: Counter[str] = Counter()
         """Events left out since then, by cause."""
         self._streams: dict[Address, EndpointStream] = {}
         self.keep_partners(now)
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether an operator has closed the endpoint."""
+        return self.link.is_closed
+
+    def close(self, by: str) -> None:
+        """Close the link for good; partners and counts stay as they are, for operators to see."""
+        link, closed = self.link, ClosedLink(self.link.spec, by)
+        link.close()
+        closed.bytes_in, closed.bytes_out = link.bytes_in, link.bytes_out
+        closed.send_refused = link.send_refused
+        self.link = closed
+        self._streams.clear()
+        for partner in self.partners.values():
+            partner.waiting.clear()
+            partner.waiting_bytes = 0
 
     def keep_partners(self, now: float) -> None:
         """Keep the link's own partner, if it has one, and forget silent ones."""

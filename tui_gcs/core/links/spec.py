@@ -64,6 +64,15 @@ def is_loopback(host: str) -> bool:
         return False
 
 
+def is_number(host: str) -> bool:
+    """Return whether `host` is the number of an address, so that nothing has to be looked up to use it."""
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return host == "localhost"
+    return True
+
+
 def parse_link(text: str) -> LinkSpec:
     """Return the link that `text` names, e.g.
 

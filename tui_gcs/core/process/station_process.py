@@ -47,7 +47,6 @@ from tui_gcs.core.records.link_store import LinkStore
 from tui_gcs.core.records.planner_log import PlannerLog, log_files
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests.frontend import Frontend, attach_frontend
-from tui_gcs.core.requests.link_requests import LinkRequests
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, open_store
@@ -111,7 +110,7 @@ def run(run_file: Path) -> None:
         rehearsals=state_dir(RunKind.SIM) / rehearsals.FILE,
         planners={info.name: info for info in files},
         planner_log=planner_log,
-        link_store=LinkStore(logs / link_store.FILE, name),
+        link_store=LinkStore(logs / link_store.FILE, name, keeps_added=kind is RunKind.LIVE),
         elevation=_elevation(setting.get("terrain", ""), scenario.origin),
         operator_at=OperatorId(**setting["operator_at"]) if setting.get("operator_at") else None,
     )
@@ -120,8 +119,9 @@ def run(run_file: Path) -> None:
     except (LinkError, KeyStoreError, SigningError) as error:
         raise StartError(str(error)) from None
     workers = _planner_workers(run_dir, kind, _worker_arguments(kind, setting, files), planner_log, station)
-    LinkRequests(station.parts).recall()
-    loop = StationLoop(station, attach_frontend(station), bus, workers, store, reader, clock)
+    frontend = attach_frontend(station)
+    frontend.requests.links.recall()
+    loop = StationLoop(station, frontend, bus, workers, store, reader, clock)
     try:
         loop.run()
     finally:
@@ -130,7 +130,7 @@ def run(run_file: Path) -> None:
         recorder.close()
         journal.close()
         planner_log.close()
-        for link in (*station.comms.links.values(), *(endpoint.link for endpoint in forward)):
+        for link in (*station.comms.links.values(), *(port.link for port in station.comms.forwarder.ports)):
             link.close()
         bus.close()  # Zenoh may take its time; the process ends anyway
 
@@ -310,7 +310,7 @@ class StationLoop:
         """Wait for the bus, another station, and (if `by_data`) the links, then serve the bus and other stations."""
         comms = self._station.comms
         files = [number for link in comms.links.values() for number in link.filenos()] if by_data else []
-        foreign = [number for endpoint in self._station.config.forward for number in endpoint.link.filenos()]
+        foreign = comms.forwarder.filenos()
         wait_s = max(0.0, until_s - self._clock.now())
         ready = select.select([self._wake.fileno(), *files, *foreign], [], [], wait_s)[0]
         if self._wake.fileno() in ready:

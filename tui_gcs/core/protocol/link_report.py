@@ -56,6 +56,8 @@ class LinkRow(Message, frozen=True):
     radio: RadioRow | None = None
     is_added: bool = False
     """An operator added it while a station ran; else it was given when this one was started."""
+    is_kept: bool = False
+    """Added links are opened again by later stations; else they are closed when this run ends."""
 
 
 class PathRow(Message, frozen=True):
@@ -102,6 +104,16 @@ class PartnerRow(Message, frozen=True):
     """Of the endpoint, to all its partners."""
     refused: dict[str, int] = {}
     """Frames of this endpoint's partners that were not passed on, by reason."""
+    bytes_in: int = 0
+    """Of the endpoint, from all its partners."""
+    passed: int = 0
+    """Frames of this endpoint's partners that reached a vehicle."""
+    is_closed: bool = False
+    """An operator has closed the endpoint; `error` says who."""
+    is_added: bool = False
+    """An operator added it while a station ran; else it was given when this one was started."""
+    is_kept: bool = False
+    """Later stations forward there, too, and take no commands; else it is closed when this run ends."""
 
 
 class LinkReport(Message, frozen=True):
@@ -122,7 +134,7 @@ class GetLinks(Request, frozen=True, tag="get-links"):
 
 
 class AddLink(Request, frozen=True, tag="add-link"):
-    """Open another link, or one that was closed; it is kept for later starts."""
+    """Open another link, or one that was closed; in LIVE it is kept for later starts."""
 
     link: str
     """As on the command line: `udpin:0.0.0.0:14551,rate=5000`."""
@@ -132,6 +144,22 @@ class CloseLink(Request, frozen=True, tag="close-link"):
     """Close a link; refused while a vehicle that is armed is heard over it alone."""
 
     name: str
+
+
+class AddPartner(Request, frozen=True, tag="add-partner"):
+    """Let another station hear the vehicles from now on."""
+
+    link: str
+    """As `--forward` takes it: `udpout:192.168.1.5:14550`, with `,network=NAME` where ids repeat."""
+    takes_commands: bool = False
+    """As `--forward-commands`: its commands are judged, and may reach vehicles."""
+
+
+class ClosePartner(Request, frozen=True, tag="close-partner"):
+    """Let another station neither hear the vehicles nor command them any more."""
+
+    name: str
+    """The endpoint: what was typed, without options."""
 
 
 class SetLinkRate(Request, frozen=True, tag="set-link-rate"):

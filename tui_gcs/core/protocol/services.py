@@ -15,7 +15,15 @@ from tui_gcs.core.protocol.base import Message, Request, Vec3, VehicleRequest, V
 from tui_gcs.core.protocol.common import AnyRequest as StationRequest
 from tui_gcs.core.protocol.common import Reply, decode
 from tui_gcs.core.protocol.inspection import GetMessages, GetValues, Inspection, SetMessageRate, ValueRow
-from tui_gcs.core.protocol.link_report import AddLink, CloseLink, GetLinks, LinkReport, SetLinkRate
+from tui_gcs.core.protocol.link_report import (
+    AddLink,
+    AddPartner,
+    CloseLink,
+    ClosePartner,
+    GetLinks,
+    LinkReport,
+    SetLinkRate,
+)
 from tui_gcs.core.protocol.people import GetPeople, HandOver, PersonRow, TakeControl
 from tui_gcs.core.protocol.planner_log import GetPlannerLog, PlannerLogPiece
 from tui_gcs.core.protocol.setup import Number
@@ -469,7 +477,7 @@ Change = (
     | SetMessageRate
     | flight.Flight
 )
-LinkChange = AddLink | CloseLink | SetLinkRate
+LinkChange = AddLink | CloseLink | SetLinkRate | AddPartner | ClosePartner
 ControlChange = HandOver | TakeControl
 ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.ConfirmStep | LinkChange | ControlChange
 

@@ -15,7 +15,7 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.requests.key_provisioning import KeyProvisioning
-from tui_gcs.core.requests.link_requests import LinkRequests
+from tui_gcs.core.requests.links.link_requests import LinkRequests
 from tui_gcs.core.requests.people_requests import ControlHolder
 from tui_gcs.core.requests.planner_requests import PlannerRequests
 from tui_gcs.core.requests.point_requests import PointRequests
@@ -34,13 +34,14 @@ class RequestRouter:
         self.planners = PlannerRequests(context)
         self._vehicle_tasks = VehicleTasks(context)
         self.tasks = self._vehicle_tasks.tasks
+        self.links = LinkRequests(context.parts)
         self._control = ControlHolder(context.parts)
         self.handlers: dict[type, RequestHandler] = {
             **StationRequests(context).handlers(),
             **self.planners.handlers(),
             **PointRequests(context.parts).handlers(),
             **KeyProvisioning(context.parts).handlers(),
-            **LinkRequests(context.parts).handlers(),
+            **self.links.handlers(),
             **self._control.handlers(),
             **self._vehicle_tasks.handlers(),
         }

@@ -338,9 +338,9 @@ class AlarmFinder:
             # What an operator has closed needs no operator.
             if link.error and not link.is_closed:
                 yield AlarmFinding("link", name, link.error)
-        for endpoint in parts.config.forward:
-            if endpoint.link.error:
-                yield AlarmFinding("forward", endpoint.link.name, endpoint.link.error)
+        for port in parts.comms.forwarder.ports:
+            if port.link.error and not port.is_closed:
+                yield AlarmFinding("forward", port.link.name, port.link.error)
 
 
 def _does(vehicle: Vehicle, flight: Flight | None) -> str:

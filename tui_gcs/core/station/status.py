@@ -3,7 +3,7 @@
 import math
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward.forwarder import Endpoint
+from tui_gcs.core.forward.ports import Port
 from tui_gcs.core.links import Link
 from tui_gcs.core.protocol.common import Freshness, LinkStatus, StationStatus
 from tui_gcs.core.station.assembly import StationParts
@@ -37,7 +37,7 @@ def station_status(parts: StationParts, frontend: StationFrontend | None, seq: i
         in_control=frontend.in_control if frontend is not None else "",
         teams=tuple(controller.status() for controller in active.team_controllers.values()),
         links=tuple(_link(parts, link) for link in parts.comms.links.values()),
-        forward=tuple(_endpoint(endpoint) for endpoint in parts.config.forward),
+        forward=tuple(_endpoint(port) for port in parts.comms.forwarder.ports),
         min_separation_m=separation_m if math.isfinite(separation_m) else math.nan,
         outside_area_m=flight.monitor.outside_area_m,
         vetoes=dict(parts.flight.guard.vetoes),
@@ -85,10 +85,10 @@ def _link(parts: StationParts, link: Link) -> LinkStatus:
     )
 
 
-def _endpoint(endpoint: Endpoint) -> LinkStatus:
-    link = endpoint.link
+def _endpoint(port: Port) -> LinkStatus:
+    link = port.link
     return LinkStatus(
-        name=link.name + (" (takes commands)" if endpoint.commands else ""),
+        name=link.name + (" (takes commands)" if port.commands else ""),
         network=link.spec.network,
         up=not link.error,
         datagrams=0,

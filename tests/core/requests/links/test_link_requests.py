@@ -8,10 +8,12 @@ import pytest
 from tests.core.rigs.service_asking import ask
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.links import open_link
 from tui_gcs.core.protocol import link_report as p
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.link_store import LinkStore
-from tui_gcs.core.requests.link_requests import LinkRequests
+from tui_gcs.core.requests.links.link_reporter import LinkReporter
+from tui_gcs.core.requests.links.link_requests import LinkRequests
 
 
 def report(rig: ServiceRig) -> p.LinkReport:
@@ -151,9 +153,11 @@ def test_a_sim_station_takes_links_of_this_machine_only(tmp_path: Path) -> None:
 ADDED = "udpin:127.0.0.1:41996"
 
 
-def restarted(folder: Path, run: str) -> tuple[ServiceRig, LinkRequests]:
-    """A station with the link `memory` of its command line, which has made the kept changes again."""
+def restarted(folder: Path, run: str, given: str = "") -> tuple[ServiceRig, LinkRequests]:
+    """A station with the link `memory` of its command line and perhaps another, which has made the changes again."""
     rig = ServiceRig(folder, Peer(1))
+    if given:
+        rig.station.comms.links[given] = open_link(given, rig.clock)
     rig.station.parts.config.link_store = LinkStore(folder / "links.json", run)
     requests = LinkRequests(rig.station.parts)
     requests.recall()
@@ -178,7 +182,7 @@ def ended(rig: ServiceRig) -> None:
 
 def test_changes_of_links_are_there_again_after_a_kill(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1")
-    assert asked(requests, p.AddLink(f"{ADDED},rate=9000")) == f"link {ADDED} is open"
+    assert asked(requests, p.AddLink(f"{ADDED},rate=9000")) == f"link {ADDED} is open (at 9000 B/s)"
     assert asked(requests, p.SetLinkRate(ADDED, 5000)) == f"link {ADDED} at 5000 B/s"
     assert asked(requests, p.CloseLink("memory")) == "link memory is closed"
     ended(rig)
@@ -186,6 +190,33 @@ def test_changes_of_links_are_there_again_after_a_kill(tmp_path: Path) -> None:
     assert links_of(again) == {"memory": (False, None), ADDED: (True, 5000)}
     assert again.station.comms.links["memory"].error == "closed by console-1"
     ended(again)
+
+
+def test_the_options_of_a_link_are_said_and_there_again_after_a_kill(tmp_path: Path) -> None:
+    rig, requests = restarted(tmp_path, "run-1")
+    text = asked(requests, p.AddLink(f"{ADDED},secure,highlatency"))
+    assert text == f"link {ADDED} is open (secure, so keys may be sent; highlatency, so commands only)"
+    ended(rig)
+    for run in ("run-1", "run-2"):
+        again, requests = restarted(tmp_path, run)
+        assert again.station.comms.links[ADDED].spec.secure and again.station.comms.links[ADDED].spec.high_latency
+        assert again.station.comms.rates.rates_of(ADDED).silent
+        ended(again)
+
+
+def test_a_link_of_the_command_line_keeps_the_options_with_which_it_was_opened_again(tmp_path: Path) -> None:
+    rig, requests = restarted(tmp_path, "run-1", given=ADDED)
+    asked(requests, p.CloseLink(ADDED))
+    asked(requests, p.AddLink(f"{ADDED},secure,rate=9000"))
+    ended(rig)
+    again, _ = restarted(tmp_path, "run-1", given=ADDED)
+    spec = again.station.comms.links[ADDED].spec
+    assert (spec.secure, spec.bytes_per_s) == (True, 9000)
+    ended(again)
+    later, _ = restarted(tmp_path, "run-2", given=ADDED)
+    spec = later.station.comms.links[ADDED].spec
+    assert (spec.secure, spec.bytes_per_s) == (False, None), "the command line counts"
+    ended(later)
 
 
 def test_a_new_start_has_its_own_links_and_those_that_were_added(tmp_path: Path) -> None:
@@ -196,7 +227,7 @@ def test_a_new_start_has_its_own_links_and_those_that_were_added(tmp_path: Path)
     ended(rig)
     later, requests = restarted(tmp_path, "run-2")
     assert links_of(later) == {"memory": (True, None), ADDED: (True, None)}
-    report_ = requests._report()
+    report_ = LinkReporter(later.station.parts).report()
     assert {row.name: row.is_added for row in report_.links} == {"memory": False, ADDED: True}
     asked(requests, p.CloseLink(ADDED))
     ended(later)
