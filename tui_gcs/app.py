@@ -18,6 +18,7 @@ from textual.screen import Screen
 from textual.widget import AwaitMount
 
 from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, bindings
+from tui_gcs.actions.action import on_screen
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.actions.palette.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
@@ -41,6 +42,7 @@ from tui_gcs.feed.messages import DisplayLagged, FleetUpdated, StatusUpdated
 from tui_gcs.feed.notices import NOTICE_S, Notice, NoticeBoard, Severity
 from tui_gcs.feed.plots.value_recorder import ValueRecorder
 from tui_gcs.screens.common.help import HelpDialog
+from tui_gcs.screens.common.map_screen import MapScreen
 from tui_gcs.screens.common.text_dialog import BESIDE
 from tui_gcs.screens.common.time_dialog import TimeDialog
 from tui_gcs.screens.common.tiny_screen import MIN_COLUMNS, MIN_ROWS, TinyScreen
@@ -398,8 +400,11 @@ class ConsoleApp(TerminalApp):
 
     def action_show_help(self) -> None:
         """Show all keys of this screen, and which work now."""
-        everywhere = (*self._replay_actions(), *with_keys(APP_ACTIONS, APP, self.keymap))
-        self.push_screen(HelpDialog((*self._own_actions(), *everywhere), self.feed.action_context(), self.glyphs))
+        own = self._own_actions()
+        everywhere = (*self._replay_actions(), *on_screen(with_keys(APP_ACTIONS, APP, self.keymap), own))
+        if isinstance(self.screen, MapScreen):
+            own, everywhere = (), (*own, *everywhere)
+        self.push_screen(HelpDialog(everywhere, self.feed.action_context(), self.glyphs, own))
 
     def action_palette(self) -> None:
         """Find an action by name, and do it."""

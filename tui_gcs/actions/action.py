@@ -1,8 +1,8 @@
 """What an action is, and its bindings. Tables of them feed bindings, footer, palette, help and the keymap file."""
 
 import re
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from textual.binding import Binding, BindingType
@@ -14,6 +14,9 @@ COMMAND, VIEW, SCREENS, SELECT, ALARMS = "Fly", "Map", "Screens", "Select", "Ala
 DIGITS = "1 2 3 4 5 6 7 8 9"
 APP = "app"
 """Scope of what works on every screen; the others are the modes of the app: fly, plan, …"""
+
+RESUME = "resume"
+"""Id of the action by which the planners go on: Enter, on screens with a map."""
 
 
 def always(_situation: ActionContext) -> str:
@@ -50,6 +53,8 @@ class ConsoleAction:
 
     `transfers.upload` calls that method of the part `transfers` of the screen.
     """
+    same_as: str = ""
+    """Of a screen's own action: the id of the app's action that its key does there too, see `on_screen`."""
 
     @property
     def call(self) -> str:
@@ -104,6 +109,24 @@ def refusal(action: ConsoleAction, context: ActionContext) -> str:
     if action.group == COMMAND and context.read_only:
         return context.read_only
     return action.why_not(context)
+
+
+def on_screen(everywhere: Iterable[ConsoleAction], own: Sequence[ConsoleAction]) -> tuple[ConsoleAction, ...]:
+    """Return the app's actions as they are reached from a screen with the actions `own`, for footer, help and alarms.
+
+    A key that does something else on that screen stands behind the key of the fly screen, where it does what the app
+    says: `f Enter`. Enter resumes on screens alone that say so, since the app does not bind it.
+    """
+    actions = tuple(everywhere)
+    taken = {key for action in own for key in action.keys}
+    same = {action.same_as or action.id for action in own}
+    fly = next((action.shown for action in actions if action.id == "show_fly"), "")
+    shown = []
+    for action in actions:
+        differs = action.id == RESUME or not taken.isdisjoint(action.keys)
+        elsewhere = fly and differs and action.id not in same
+        shown.append(replace(action, shown=f"{fly} {action.shown}") if elsewhere else action)
+    return tuple(shown)
 
 
 def bindings(actions: Iterable[ConsoleAction], scope: str = "") -> list[BindingType]:

@@ -57,5 +57,7 @@ PLAN_ACTIONS = (
     action("zone_down", "down", "", "zone below; in a form: next field", SELECT, do="zone_list.action_move(1)"),
     action("leave", "escape", "", "leave a field, the map, or a question", SELECT),
     action("resume", "enter", "", "in hold, outside fields: go on with the planner", COMMAND),
-    action("detach_asking", "q", "", "detach; with changes that are not saved it asks once more", SELECT),
+    action(
+        "detach_asking", "q", "", "detach; with changes that are not saved it asks once more", SELECT, same_as="detach"
+    ),
 )

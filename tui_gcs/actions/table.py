@@ -141,7 +141,7 @@ FLY_ACTIONS = (
     ),
     action("select_previous", "N", "", "", SELECT, do="step(-1)"),
     DIGITS_ACTION,
-    action("enter", "enter", "", "", SELECT),
+    action("enter", "enter", "", "", SELECT, same_as="resume"),
     action("cancel", "escape", "", "close the result, hide the cursor, end follow", SELECT),
     action("pan_left", "left h", "", "move the map, or its cursor; h j k l too", VIEW, shown="arrows", do="pan(-1, 0)"),
     action("pan_down", "down j", "", "", VIEW, do="pan(0, 1)"),

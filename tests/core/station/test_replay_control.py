@@ -15,6 +15,7 @@ from tests.core.station.test_replay_player import DATA, Console, heartbeats
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct, ReplayStatus
+from tui_gcs.core.station.recorded_events import RecordedEvents
 from tui_gcs.core.station.replay_player import MAX_SPEED, MAX_TWINS, MIN_SPEED
 from tui_gcs.core.station.replayed_flight import ReplayedFlight
 
@@ -84,7 +85,7 @@ def test_a_kept_copy_shares_nothing_that_changes() -> None:
     flight.advance(60.0, 1_000_000)
     shared = _reachable(flight.twin()).keys() & _reachable(flight).keys()
     objects = _reachable(flight)
-    fixed = (tuple, types.FunctionType, types.MethodType, types.BuiltinMethodType, Path, struct.Struct)
+    fixed = (tuple, types.FunctionType, types.MethodType, types.BuiltinMethodType, Path, struct.Struct, RecordedEvents)
     assert [objects[key] for key in shared if not isinstance(objects[key], fixed)] == []
 
 

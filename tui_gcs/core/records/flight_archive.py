@@ -20,6 +20,7 @@ from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.frames import MAGIC, check_frame, frame_end
 from tui_gcs.core.protocol.journal import EventClass, JournalEvent
 from tui_gcs.core.records.event_log import INFO
+from tui_gcs.core.records.journal_reader import journal_event
 from tui_gcs.core.records.onboard_logs import EARLIEST_WALL_S
 from tui_gcs.core.records.planner_log import log_files
 from tui_gcs.core.records.rehearsal_files import FILE_NAMES
@@ -37,7 +38,6 @@ _TIME_BYTES = 8
 _MAX_WALL_S = 4_102_444_800.0  # the year 2100
 _VEHICLE = re.compile(rb'"source":"vehicle ([0-9]{1,6})"')
 _ALARM = b'"cls":"alarm"'
-_event_decoder = msgspec.json.Decoder(JournalEvent)
 
 
 @dataclass(frozen=True)
@@ -217,11 +217,8 @@ def _with_journal(flight: RecordedFlight, journal: Path) -> RecordedFlight:
 
 
 def _alarm(line: bytes) -> JournalEvent | None:
-    try:
-        event = _event_decoder.decode(line)
-    except (msgspec.MsgspecError, UnicodeDecodeError):
-        return None
-    return event if event.cls is EventClass.ALARM else None
+    event = journal_event(line)
+    return event if event is not None and event.cls is EventClass.ALARM else None
 
 
 def _scenario(line: bytes) -> str:

@@ -34,10 +34,11 @@ def events_before(path: Path, before: int, piece_bytes: int = PIECE_BYTES) -> tu
         piece, begin = piece[newline + 1 :], begin + newline + 1
         if not piece:  # the piece is the end of one line
             begin = max(0, end - piece_bytes)
-    return tuple(event for line in piece.splitlines() if (event := _event(line)) is not None), begin
+    return tuple(event for line in piece.splitlines() if (event := journal_event(line)) is not None), begin
 
 
-def _event(line: bytes) -> JournalEvent | None:
+def journal_event(line: bytes) -> JournalEvent | None:
+    """Return the event in one line of a journal; None for other records and damaged lines."""
     try:
         return _decoder.decode(line)
     except (msgspec.MsgspecError, UnicodeDecodeError):

@@ -18,6 +18,7 @@ from tui_gcs.core.mavlink.frames import Frame
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 from tui_gcs.core.records.tlog_reader import BEGINNING, TlogError, TlogReader, read_tlog
+from tui_gcs.core.station.recorded_events import RecordedEvents, cleaned
 
 STEP_S = 0.1
 """The fleet is checked for losses once in this played time."""
@@ -78,7 +79,11 @@ class ReplayedFlight:
         # Without keys and with no id of our own: a recording can neither be verified nor commanded.
         self.fleet = VehicleRegistry(self.clock, self.events, LocalFrame(origin), _NOBODY)
         self.flights = FlightTable()
-        self.alarms = AlarmTable(self.clock, self.events)
+        self._recorded = RecordedEvents(path)
+        self._reported = 0
+        """How many of the recorded events were reported."""
+        # The journal has the alarms as the operator saw them: those found again would be the same events twice.
+        self.alarms = AlarmTable(self.clock, EventLog(self.clock) if self._recorded else self.events)
         self.finished = False
         self._path = path
         self._name = name
@@ -103,6 +108,7 @@ class ReplayedFlight:
             self._check_until(due.at_s, with_end=False)
             self._due = None
             self.clock.now_s, self.clock.ahead_s = due.at_s, due.wall_s - due.at_s
+            self._report_recorded(due.wall_s)
             # Frames of ground stations stay out: only a heartbeat makes a system a vehicle, and only vehicles are
             # shown.
             if due.frame.msgid == _HEARTBEAT or due.frame.system in self.fleet.vehicles:
@@ -130,6 +136,13 @@ class ReplayedFlight:
             self.fleet.tick()
             if self._steps % STEPS_PER_ALARM_LOOK == 0:
                 self._look_for_alarms(step_s)
+
+    def _report_recorded(self, wall_s: float) -> None:
+        """Report what the station's journal has up to this Unix time."""
+        events = self._recorded.until(wall_s, self._reported)
+        self._reported += len(events)
+        for event in events:
+            self.events.report(*cleaned(event))
 
     def _look_for_alarms(self, played_s: float) -> None:
         """Find the alarms that the recorded telemetry of the vehicles itself gives reason for."""

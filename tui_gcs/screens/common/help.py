@@ -1,6 +1,7 @@
 """Help: all keys of a screen, what each does, and why a greyed one can do nothing now."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from textwrap import wrap
 
 from tui_gcs.actions import ActionContext, ConsoleAction, refusal
@@ -12,6 +13,8 @@ from tui_gcs.widgets.basics.palette import Ink
 
 EVERYWHERE = (COMMAND, SELECT, ALARMS, SCREENS, VIEW)
 """Groups that most screens have, in the order in which a new operator needs them."""
+HERE = "Here"
+"""Heading of what a screen without a map does itself."""
 KEY_CELLS = 18
 """Cells for the group and the key, before the text of an action."""
 
@@ -22,19 +25,27 @@ class HelpDialog(ScrolledDialog):
     LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "question_mark")
     title_text = "keys"
 
-    def __init__(self, actions: Sequence[ConsoleAction], situation: ActionContext, glyphs: GlyphSet) -> None:
-        """List `actions` by group, as they are in `situation`."""
+    def __init__(
+        self,
+        actions: Sequence[ConsoleAction],
+        situation: ActionContext,
+        glyphs: GlyphSet,
+        own: Sequence[ConsoleAction] = (),
+    ) -> None:
+        """List `actions` by group, as they are in `situation`; before them those of a screen without a map, `own`."""
         super().__init__(glyphs)
-        self._actions = actions
+        # What such a screen asks of the station, or shows, is neither flight nor map.
+        here = [replace(action, group=HERE if action.group in (COMMAND, VIEW) else action.group) for action in own]
+        self._actions = list(zip((*here, *actions), (*own, *actions), strict=True))
         self._situation = situation
 
     def all_lines(self) -> list[Line]:
         """Return the actions by group, those of this screen first; those that can do nothing now are grey, with why."""
         lines: list[Line] = []
-        groups = dict.fromkeys(action.group for action in self._actions)
+        groups = dict.fromkeys(listed.group for listed, _ in self._actions)
         # Groups of this screen alone are not in EVERYWHERE: -1 puts them first.
         for group in sorted(groups, key=lambda group: EVERYWHERE.index(group) if group in EVERYWHERE else -1):
-            described = [action for action in self._actions if action.group == group and action.help]
+            described = [action for listed, action in self._actions if listed.group == group and action.help]
             for index, action in enumerate(described):
                 name = (f"{group if index == 0 else '':<9}", Ink.ADVISORY)
                 why = refusal(action, self._situation)

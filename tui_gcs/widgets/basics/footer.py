@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, footer_actions
+from tui_gcs.actions.action import on_screen
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.actions.replay_actions import REPLAY_ACTIONS, REPLAY_SCOPE
 from tui_gcs.core.protocol.common import Phase
@@ -87,12 +88,11 @@ class FooterLine(LinesView):
         keymap = getattr(self.app, "keymap", {})
         status = self._feed.status if self._feed is not None else None
         replay = REPLAY_ACTIONS if status is not None and status.replay is not None else ()
-        if not keymap:
-            return [*replay, *self._actions]
         everywhere = [action for action in self._actions if action in APP_ACTIONS]
-        own = [action for action in self._actions if action not in APP_ACTIONS]
+        others = [action for action in self._actions if action not in APP_ACTIONS]
         player = with_keys(replay, REPLAY_SCOPE, keymap)
-        return [*player, *with_keys(everywhere, APP, keymap), *with_keys(own, self.app.current_mode, keymap)]
+        own = with_keys(others, self.app.current_mode, keymap)
+        return [*player, *on_screen(with_keys(everywhere, APP, keymap), own), *own]
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""

@@ -4,12 +4,15 @@ Over a replay a third one shows the stations that fly meanwhile.
 """
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
-from tui_gcs.actions import APP_ACTIONS
+from tui_gcs.actions import APP_ACTIONS, ConsoleAction
+from tui_gcs.actions.action import on_screen
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Phase, StationStatus
 from tui_gcs.feed.feed import Feed
@@ -79,10 +82,10 @@ class TopLines(Vertical):
         self.alarm_line.set_alarms(alarms, self._keys(), local_notice(feed))
 
     def _keys(self) -> dict[str, str]:
-        """The keys of actions, without those that mean something else on this screen."""
-        taken = {key for action in getattr(self.screen, "ACTIONS", ()) for key in action.keys}
-        other = {action.id for action in APP_ACTIONS if taken.intersection(action.keys)}
-        return {action: key for action, key in KEYS.items() if action not in other}
+        """The keys of actions as they are reached from this screen."""
+        own: Sequence[ConsoleAction] = getattr(self.screen, "ACTIONS", ())
+        everywhere = [replace(action, shown=KEYS.get(action.id, "")) for action in APP_ACTIONS]
+        return KEYS | {action.id: action.shown for action in on_screen(everywhere, own) if action.shown}
 
 
 def local_notice(feed: Feed) -> Notice:
