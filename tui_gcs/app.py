@@ -90,8 +90,7 @@ class ConsoleApp(TerminalApp):
         clock: Clock | None = None,
     ) -> None:
         """Show a station of this kind, asking as `principal`; empty for a name with this process's number."""
-        # Without colour only Textual's ANSI mode leaves bold and reverse alone (docs/terminal.md B8).
-        super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
+        super().__init__()
         self.options = options = options or ConsoleOptions()
         self._base_map = BaseMapTiles(options.base_map) if options.base_map is not None else None
         if options.theme:

@@ -168,6 +168,13 @@ def test_no_color_leaves_bold_and_reverse(monkeypatch: pytest.MonkeyPatch) -> No
     assert app.no_color
 
 
+def test_an_empty_no_color_leaves_the_colours(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "")
+    app = ConsoleApp(MemoryBus())
+    assert not app.native_ansi_color
+    assert not app.no_color
+
+
 def test_who_is_not_ready_is_left_out_of_the_start_and_named_with_the_reason() -> None:
     station = FakeStation(MemoryBus())
     status = msgspec.structs.replace(station.status(), not_ready={3: "no 3-D position fix (fix type 1)"})

@@ -43,12 +43,11 @@ class FlightPlotApp(TerminalApp):
         folder: Path | None = None,
         glyphs: GlyphSet,
         theme: str = "",
-        ansi_color: bool | None = None,
         beside: LiveWatch | None = None,
         clock: Clock | None = None,
     ) -> None:
         """Plot points of `source` in the panes of `layout`; views are kept in `folder`, `beside` is what may fly."""
-        super().__init__(ansi_color=ansi_color)
+        super().__init__()
         if theme:
             self.display_theme = theme
         self.glyphs = glyphs

@@ -1,6 +1,7 @@
 """The console's app on stock Textual: its own themes, and nothing that needs private parts (`--plain`)."""
 
 import contextlib
+import os
 from collections.abc import Sequence
 
 from rich.color import Color as RichColor
@@ -45,9 +46,13 @@ class ThemeFilter(LineFilter):
 class PlainApp(App[None]):
     """Textual's app with themes of our own; the base of the console's app in both variants."""
 
-    def __init__(self, *, ansi_color: bool | None = None) -> None:
-        """See `App`."""
-        super().__init__(ansi_color=ansi_color)
+    def __init__(self) -> None:
+        """See `App`. `NO_COLOR` is read from the environment."""
+        # Textual takes an empty NO_COLOR for "no colours"; no-color.org does not.
+        if not os.environ.get("NO_COLOR"):
+            os.environ.pop("NO_COLOR", None)
+        # Without colour only Textual's ANSI mode leaves bold and reverse alone (docs/terminal.md B8).
+        super().__init__(ansi_color=True if "NO_COLOR" in os.environ else None)
         self.colours = DARK
 
     def get_line_filters(self) -> Sequence[LineFilter]:

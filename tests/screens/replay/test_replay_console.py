@@ -157,3 +157,17 @@ async def test_the_help_lists_the_keys_and_commands_stay_refused() -> None:
         assert "stand still, and go on" in r.text()
         await r.press("escape", "r")
         assert "nothing is commanded" in r.text()
+
+
+async def test_plots_of_a_replay_are_not_called_live() -> None:
+    async with replay() as r:
+        await r.press("S", "g")
+        r.app.screen.show_all()  # type: ignore[attr-defined]
+        await r.settle()
+        state = next(line for line in r.text().splitlines() if line.startswith(" window"))
+        assert "   replay" in state
+        assert "live" not in state
+        await r.press("full_stop", "space")
+        r.app.screen.show_all()  # type: ignore[attr-defined]
+        await r.settle()
+        assert "replay, paused" in r.text()

@@ -46,7 +46,6 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.console.flight_plot_app import FlightPlotApp
 
     title = clean(", ".join(path.name for path in paths), MAX_CELLS)
-    colours = True if os.environ.get("NO_COLOR") else None
     with stations_beside("plot") as beside:
         app = FlightPlotApp(
             source,
@@ -55,7 +54,6 @@ def run(arguments: argparse.Namespace) -> int:
             folder=state_dir(RunKind.REPLAY),
             glyphs=glyphs,
             theme=operators_theme(),
-            ansi_color=colours,
             beside=beside,
         )
         app.run(mouse=not wants_slow())

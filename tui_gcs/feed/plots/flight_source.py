@@ -20,6 +20,7 @@ class FlightPlotSource:
     """What logs hold; a log is read again when values of it are plotted first."""
 
     is_live = False
+    kind_words = "recorded"
 
     def __init__(self, flights: Sequence[FlightSeries]) -> None:
         """Take points from logs that were looked through."""

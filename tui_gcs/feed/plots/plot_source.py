@@ -29,6 +29,11 @@ class PlotSource(Protocol):
     """Whether points are still coming."""
 
     @property
+    def kind_words(self) -> str:
+        """Return what the points are: live, of a replay, recorded."""
+        ...
+
+    @property
     def now_s(self) -> float:
         """The time of the newest point; NaN while there is none."""
         ...
@@ -78,6 +83,14 @@ class LivePlotSource:
         """Take points from `recorder`, which is filled while the console runs."""
         self._feed = feed
         self._recorder = recorder
+
+    @property
+    def kind_words(self) -> str:
+        """See `PlotSource`; the player of a recording publishes as a station does."""
+        replay = self._feed.status.replay if self._feed.status is not None else None
+        if replay is None:
+            return "live"
+        return "replay, paused" if replay.paused else "replay"
 
     @property
     def now_s(self) -> float:

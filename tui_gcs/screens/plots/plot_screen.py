@@ -154,13 +154,7 @@ class PlotScreen(Screen[None]):
         return Curve(clean(plan.label(value), 60), times_s, values)
 
     def _show_state(self, shown: int) -> None:
-        state = (
-            "FROZEN: z goes on"
-            if self.is_frozen and self.source.is_live
-            else "live"
-            if self.source.is_live
-            else "recorded"
-        )
+        state = "FROZEN: z goes on" if self.is_frozen and self.source.is_live else self.source.kind_words
         hidden = len(self.plan.panes) - shown
         more = f"   {hidden} panes more: up, down" if hidden and not self._is_large else ""
         self.state_line.show(

@@ -25,9 +25,9 @@ class DiffApp(PlainApp):
     `App._set_pointer_shape`. Public hooks see widgets and lines, not the bytes that are written.
     """
 
-    def __init__(self, *, ansi_color: bool | None = None) -> None:
-        """See `App`."""
-        super().__init__(ansi_color=ansi_color)
+    def __init__(self) -> None:
+        """See `PlainApp`."""
+        super().__init__()
         self._painter = CellPainter()
         self._behind = False
 
