@@ -172,6 +172,8 @@ async def test_a_live_start_is_refused_until_each_check_is_overridden_by_its_nam
         await typed(c, "station-loss")
         assert "sign with your name" in c.text()
         await typed(c, "Ada")
+        assert "OVERRIDDEN by Ada for this start: rehearsal, fence" in c.text()
+        assert "3 overridden" in c.text() and "FAIL" not in c.text(), "nothing refuses the start any more"
         await typed(c, "8")
         assert "Esc = STOP THIS" in c.text()
         assert starts(c) == []

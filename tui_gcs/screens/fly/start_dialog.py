@@ -8,7 +8,7 @@ from textual import events
 
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol.common import Request, RunKind, Start
-from tui_gcs.core.protocol.preflight import CHECKLIST, Check, CheckState, TickItem, names_of, refusing
+from tui_gcs.core.protocol.preflight import CHECKLIST, STOPS, Check, CheckState, TickItem, names_of, refusing
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.common.text_dialog import LINE_CELLS, REACTION_S, TextDialog
@@ -279,10 +279,16 @@ class StartDialog(TextDialog[Start | None]):
         if not checks:
             return []
         others = [check for check in refusing_ if check.name != CHECKLIST]
-        listed = others[:MAX_CHECKS] or [check for check in loud(checks) if check.name != CHECKLIST][:1]
+        # What was overridden or signed in this dialog refuses nothing any more.
+        overridden = [check for check in checks if check.state in STOPS and check.name in self._overrides]
+        signed = [check for check in checks if check.state in STOPS and check.name == SIGN_OFF and self._signed]
+        remaining = [check for check in checks if check not in overridden and check not in signed]
+        listed = others[:MAX_CHECKS] or [check for check in loud(remaining) if check.name != CHECKLIST][:1]
+        count = f", {len(overridden)} overridden" if overridden else ""
+        count += f", signed by {self._operator.name}" if signed else ""
         lines = [
             [],
-            count_line(checks, "   (Esc, P: all)"),
+            count_line(remaining, f"{count}   (Esc, P: all)"),
             *(check_line(check, LINE_CELLS, "  ") for check in listed),
         ]
         if len(others) > MAX_CHECKS:
@@ -290,7 +296,8 @@ class StartDialog(TextDialog[Start | None]):
             lines += [[(line, Ink.WARNING)] for line in wrap(f"and {names}", LINE_CELLS - 2, initial_indent="  ")]
         lines += self._item_lines()
         if self._overrides:
-            text = f"OVERRIDDEN for this start: {', '.join(self._overrides)}"
+            operator = f" by {self._operator.name}" if self._signed else ""
+            text = f"OVERRIDDEN{operator} for this start: {', '.join(self._overrides)}"
             lines += [[(line, Ink.CAUTION)] for line in wrap(text, LINE_CELLS, subsequent_indent="  ")]
         return lines
 
