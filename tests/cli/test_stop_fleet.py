@@ -94,6 +94,15 @@ def test_one_that_telemetry_does_not_show_is_no_success(shell: Shell) -> None:
     assert "telemetry does not show it within 15 s" in report["vehicles"][1]["text"]
 
 
+def test_one_that_stood_still_before_is_no_success_until_its_hold_is_confirmed(shell: Shell) -> None:
+    """A vehicle that hears nothing and stands still looks as one that obeys: the station knows that it does not."""
+    shell.station.changes[5] = {"stop_pending": True}
+    code, report = shell.report("hold")
+    assert code == 1 and report["code"] == "not seen"
+    assert [e["vehicle"] for e in report["vehicles"] if not e["ok"]] == [5]
+    assert report["vehicles"][4]["text"].startswith("asked, not confirmed")
+
+
 def test_landing_is_seen_by_the_descent_and_not_by_what_the_station_wants(shell: Shell) -> None:
     shell.station.changes = {
         v: {"phase": Phase.LANDING, "velocity_m_s": (0.0, 0.0, -1.0 if v != 6 else 0.0)} for v in range(1, 9)

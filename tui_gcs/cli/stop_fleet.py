@@ -127,7 +127,7 @@ def _entry(result: VehicleResult, waiting: set[int]) -> VehicleReport:
         code = ReportCode.NOT_CONFIRMED if result.code is ReplyCode.NOT_CONFIRMED else ReportCode.REFUSED
         return VehicleReport(result.vehicle, False, code, text or "no reason given", {})
     if result.vehicle in waiting:
-        text = f"{text}: begun, but telemetry does not show it within {SEEN_S:.0f} s"
+        text = f"asked, not confirmed: telemetry does not show it within {SEEN_S:.0f} s"
         return VehicleReport(result.vehicle, False, ReportCode.NOT_SEEN, text, {})
     return VehicleReport(result.vehicle, True, ReportCode.NONE, text, {})
 

@@ -157,7 +157,7 @@ class OrderTracker:
                 # Disarmed, it is down: nothing more is to come of a return or a landing.
                 result.state = OrderState.BEGUN if order.begins and row.armed else OrderState.DONE
             elif self._clock.now() - order.asked_s > SEEN_S:
-                result.state, result.text = OrderState.NOT_SEEN, "begun, but telemetry does not show it"
+                result.state, result.text = OrderState.NOT_SEEN, "asked, but telemetry does not show it"
         self._on_news(order)
 
     async def ask_tasks(self) -> None:

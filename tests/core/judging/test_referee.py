@@ -74,6 +74,7 @@ def frame(
         goal_m=(NOWHERE,) * n,
         goal_radius_m=(0.0,) * n,
         battery_left_s=(math.nan,) * n,
+        stop_pending=(False,) * n,
         home_s=(math.nan,) * n,
         camera=(None,) * n,
         gimbal=(None,) * n,

@@ -436,7 +436,7 @@ async def test_results_on_a_screen_that_is_hardly_there_wait_until_it_is_larger(
 
 async def test_how_a_vehicle_is_now_is_never_cut_for_a_reason() -> None:
     """Seen at 80 columns: `now: transfer GUIDED A` beside a reason that was read to its end."""
-    why = "begun, but telemetry does not show it"
+    why = "asked, but telemetry does not show it"
     async with console(NARROW, flight) as c:
         panel = c.app.results.panel()
         await c.settle()

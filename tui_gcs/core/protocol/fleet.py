@@ -102,6 +102,7 @@ class VehicleRow(NamedTuple):
     gimbal: Annotated[bool | None, NotOnScreen] = None
     battery_left_s: Annotated[float, VisibleStep(30.0)] = float("nan")
     home_s: Annotated[float, NotOnScreen] = float("nan")
+    stop_pending: bool = False
 
 
 class FleetFrame(Message, frozen=True):
@@ -162,6 +163,8 @@ class FleetFrame(Message, frozen=True):
     """Flight time until its battery is empty, in hover or at its speed limit, where it uses more; NaN while unknown."""
     home_s: tuple[float, ...] = ()
     """How long the way home and the landing take; NaN for vehicles that do not fly for a team."""
+    stop_pending: tuple[bool, ...] = ()
+    """Whether it was ordered to hold, to land or to disarm, and its telemetry does not confirm that yet."""
     tracks: tuple[Track, ...] = ()
     """Targets that the vehicles' sensors have detected, ordered by id."""
     points: tuple[PointOfInterest, ...] = ()

@@ -13,6 +13,7 @@ from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import NOWHERE, FleetFrame, Phase, RunKind
 from tui_gcs.core.services.payload.payload import PayloadService
+from tui_gcs.core.uplink.commands import CommandService
 
 
 def fleet_frame(
@@ -24,6 +25,7 @@ def fleet_frame(
     clock: Clock,
     payload: PayloadService | None = None,
     battery_return: BatteryReturnController | None = None,
+    commands: CommandService | None = None,
 ) -> FleetFrame:
     """The vehicles heard so far, in order of id."""
     now = clock.now()
@@ -74,6 +76,7 @@ def fleet_frame(
         gimbal=tuple([payload.devices.has_gimbal(v) if payload else None for v in vehicles]),
         battery_left_s=tuple([left_s.get(v.id, math.nan) for v in vehicles]),
         home_s=tuple([home_s.get(v.id, math.nan) for v in vehicles]),
+        stop_pending=tuple([commands is not None and commands.stopping(v.id) for v in vehicles]),
     )
 
 

@@ -40,6 +40,7 @@ class Publisher:
             clock,
             parts.services.payload,
             flight.battery_return,
+            parts.comms.commands,
         )
         return msgspec.structs.replace(
             frame,
