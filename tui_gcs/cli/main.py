@@ -15,6 +15,7 @@ from tui_gcs.cli.exit_codes import CANNOT, FAILED, CommandError, UsageError
 from tui_gcs.cli.files import parser as files_parser
 from tui_gcs.cli.installation import config, general_options
 from tui_gcs.cli.installation.completion import SHELLS
+from tui_gcs.cli.links import parser as links_parser
 from tui_gcs.cli.planner import parser as planner_parser
 from tui_gcs.cli.vehicle import parser as vehicle_parser
 from tui_gcs.client.user_settings import path_of
@@ -120,6 +121,7 @@ def command_line_parser() -> argparse.ArgumentParser:
     _add_control(commands)
     _add_stops(commands)
     _add_task(commands)
+    links_parser.add(commands)
     _add_preflight(commands)
     _add_sim(commands)
     _add_keys(commands)

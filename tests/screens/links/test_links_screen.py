@@ -10,7 +10,9 @@ from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.protocol.link_report import (
     AddLink,
+    AddPartner,
     CloseLink,
+    ClosePartner,
     GetLinks,
     LinkReport,
     LinkRow,
@@ -20,6 +22,7 @@ from tui_gcs.core.protocol.link_report import (
     SetLinkRate,
 )
 
+PARTNER = "udpout:10.0.0.9:14550"
 LAN, RADIO = "udpin:127.0.0.1:14550", "serial:/dev/ttyUSB0:57600"
 
 
@@ -71,7 +74,17 @@ def linked(station: FakeStation) -> None:
         path(4, RADIO, state="conflict", in_use=False),
     )
     partner = PartnerRow(
-        "udpout:10.0.0.9:14550", True, True, "", "10.0.0.9:14550", ("255/190",), 0.2, 90_000, {"by the rules": 3}
+        PARTNER,
+        True,
+        True,
+        "",
+        "10.0.0.9:14550",
+        ("255/190",),
+        0.2,
+        90_000,
+        {"by the rules": 3},
+        bytes_in=700,
+        passed=7,
     )
     station.link_report = LinkReport(station.t_s, links, paths, (partner,), passed=7)
 
@@ -100,11 +113,15 @@ def panel(c: Console) -> str:
 
 
 def changes(c: Console) -> list[object]:
-    return [r for r in c.station.requests if isinstance(r, AddLink | CloseLink | SetLinkRate)]
+    return [
+        r for r in c.station.requests if isinstance(r, AddLink | CloseLink | SetLinkRate | AddPartner | ClosePartner)
+    ]
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
-@pytest.mark.parametrize(("view", "keys"), [("links", ["down"]), ("paths", ["w"]), ("partners", ["tab", "tab"])])
+@pytest.mark.parametrize(
+    ("view", "keys"), [("links", ["down"]), ("paths", ["w"]), ("partners", ["tab", "tab"]), ("forward", ["F"])]
+)
 async def test_pictures(view: str, keys: list[str], size: tuple[int, int]) -> None:
     async with console(size, linked) as c:
         await opened(c, *keys)
@@ -125,13 +142,17 @@ async def test_links_that_were_added_are_told_from_those_of_the_command_line() -
         linked(station)
         report = station.link_report
         assert report is not None
-        station.link_report = replace(report, links=(report.links[0], replace(report.links[1], is_added=True)))
+        here = replace(report.links[1], is_added=True, is_kept=True)
+        simulated = replace(here, name="udpin:127.0.0.1:14551", is_kept=False)
+        station.link_report = replace(report, links=(report.links[0], here, simulated))
 
     async with console(NARROW, added) as c:
         await opened(c)
         assert f"{LAN}   given at the start" in c.text()
         await c.press("down")
         assert f"{RADIO}   added here, kept" in c.text()
+        await c.press("down")
+        assert "udpin:127.0.0.1:14551   added here, until the station ends" in c.text()
 
 
 async def test_the_worst_path_is_found_with_one_key() -> None:
@@ -164,6 +185,81 @@ async def test_what_of_a_partner_was_refused_is_shown() -> None:
         assert "255/190" in c.text()
 
 
+async def test_a_partner_is_added_and_only_listens() -> None:
+    async with console(WIDE, linked) as c:
+        await opened(c, "F")
+        assert "only listens" in panel(c)
+        await c.press(*["backspace"] * 30, *"udpout:192.0.2.7:14550,network=north", "enter")
+        assert changes(c) == [AddPartner("udpout:192.0.2.7:14550,network=north")]
+        assert "link changed" in panel(c) and PARTNER in c.text()
+        await c.press("plus", *["backspace"] * 30, *"udpin:0.0.0.0:14570", "enter")
+        assert changes(c)[-1] == AddPartner("udpin:0.0.0.0:14570")
+        await c.press("plus", "escape")
+        await c.press("plus", *["backspace"] * 30, "enter")
+        assert len(changes(c)) == 2
+
+
+async def test_the_permission_to_command_is_asked_for() -> None:
+    async with console(NARROW, linked) as c:
+        await opened(c, "F", *["backspace"] * 30, *"udpout:192.0.2.7:14550, commands", "enter")
+        assert "let udpout:192.0.2.7:14550 command" in c.text()
+        await c.press("enter", "escape")
+        assert changes(c) == [] and "udpout:192.0.2.7:14550 was not added" in panel(c)
+        await c.press("F", *["backspace"] * 30, *"udpout:192.0.2.7:14550,commands,network=a", "enter", "y")
+        assert changes(c) == [AddPartner("udpout:192.0.2.7:14550,network=a", takes_commands=True)]
+
+
+async def test_a_partner_is_closed_after_y_and_stays_after_esc() -> None:
+    async with console(WIDE, linked) as c:
+        await opened(c, "tab", "tab", "delete", "enter", "escape")
+        assert changes(c) == [] and f"{PARTNER} stays open" in panel(c)
+        await c.press("delete", "y")
+        assert changes(c) == [ClosePartner(PARTNER)]
+
+
+async def test_what_a_closed_partner_sent_stays_shown_and_it_is_not_closed_again() -> None:
+    def closed(station: FakeStation) -> None:
+        linked(station)
+        assert station.link_report is not None
+        row = replace(station.link_report.partners[0], up=False, is_closed=True, error="closed by console-2")
+        station.link_report = replace(station.link_report, partners=(row,))
+
+    async with console(WIDE, closed) as c:
+        await opened(c, "tab", "tab")
+        assert "closed by console-2: nothing is sent there" in panel(c) and "refused: by the rules 3" in panel(c)
+        await c.press("delete")
+        assert changes(c) == [] and f"{PARTNER} is closed by console-2" in panel(c)
+
+
+async def test_a_refused_partner_is_one_line() -> None:
+    def refusing(station: FakeStation) -> None:
+        linked(station)
+        station.link_refusal = "udpout:127.0.0.1:14550 and udpin:127.0.0.1:14550 lead into each other"
+
+    async with console(WIDE, refusing) as c:
+        await opened(c, "F", "enter")
+        assert "NOT DONE: udpout:127.0.0.1:14550 and udpin" in panel(c)
+
+
+async def test_the_options_of_a_link_are_shown_while_it_is_typed() -> None:
+    async with console(NARROW, linked) as c:
+        await opened(c, "plus")
+        assert ",secure = keys may be sent" in panel(c) and ",highlatency = satellite" in panel(c)
+        await c.press(*"udpin:127.0.0.1:14551,secure,highlatency", "enter")
+        assert changes(c) == [AddLink("udpin:127.0.0.1:14551,secure,highlatency")]
+        assert ",secure = keys" not in panel(c)
+
+
+async def test_a_partner_is_added_from_the_palette() -> None:
+    async with console(WIDE, linked) as c:
+        await c.press(":", *"links; add partner", "enter")
+        await c.settle()
+        await c.press("enter")
+        assert changes(c) == [AddPartner("udpout:127.0.0.1:14560")]
+        await c.press("f", ":", *"forward", "enter")
+        assert c.app.current_mode == "links"
+
+
 async def test_without_partners_it_says_how_to_have_some() -> None:
     def alone(station: FakeStation) -> None:
         linked(station)
@@ -172,7 +268,9 @@ async def test_without_partners_it_says_how_to_have_some() -> None:
 
     async with console(WIDE, alone) as c:
         await opened(c, "tab", "tab")
-        assert "nothing is forwarded" in c.text()
+        assert "nothing is forwarded: + adds another station" in c.text()
+        await c.press("delete")
+        assert "nothing is forwarded" in panel(c) and changes(c) == []
 
 
 async def test_another_rate_is_set() -> None:
@@ -239,6 +337,10 @@ async def test_without_a_link_nothing_is_changed() -> None:
 async def test_a_read_only_console_changes_nothing() -> None:
     async with console(WIDE, linked, read_only=True) as c:
         await opened(c, "plus", "delete", "R")
+        assert "read-only" in panel(c)
+        await c.press("escape", "F")
+        assert "read-only" in panel(c)
+        await c.press("escape", "tab", "tab", "delete", "y")
         assert "read-only" in panel(c)
         assert c.station.commands() == []
 

@@ -22,6 +22,7 @@ OTHER_WORDS = {
     "show_fly": "map",
     "show_inspector": "mavlink",
     "show_journal": "events messages",
+    "show_links": "forward partners qgroundcontrol",
     "show_onboard": "download dataflash",
     "show_plots": "graph chart",
     "show_setup": "calibrate configuration compass accelerometer",

@@ -1,17 +1,35 @@
-"""What the links screen does to links: add, close, another rate."""
+"""What the links screen does to links and forwarding partners: add, close, another rate."""
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.protocol.link_report import AddLink, CloseLink, LinkRow, SetLinkRate
+from tui_gcs.core.protocol.link_report import (
+    AddLink,
+    AddPartner,
+    CloseLink,
+    ClosePartner,
+    LinkRow,
+    PartnerRow,
+    SetLinkRate,
+)
 from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.common.sure_dialog import SureDialog
 from tui_gcs.widgets.basics.palette import Ink
 
 NO_LIMIT = ("none", "no limit", "-")
 """What is typed for a link without a limit."""
+LINK_HINT = (
+    "options: ,secure = keys may be sent over it   ,highlatency = satellite, commands only   "
+    ",rate=BYTES_PER_S   ,network=NAME"
+)
+PARTNER_HINT = (
+    "The station there hears the vehicles, and only listens. Type ,commands behind the address to let it command, too: "
+    "each command is judged; asks"
+)
+COMMANDS = "commands"
+"""The option behind the address of a partner that may command."""
 
 
 class LinkEdits(ScreenEdits):
-    """Adds, closes and re-rates links, and asks where that is meant to be asked."""
+    """Adds, closes and re-rates links, adds and closes partners, and asks where that is meant to be asked."""
 
     def why_not(self) -> str:
         """Return why no link can be changed now; "" if it can."""
@@ -36,21 +54,49 @@ class LinkEdits(ScreenEdits):
         if not link.up and link.error.startswith("closed by"):
             self.say(f"{link.name} is {link.error}", Ink.CAUTION)
             return
-        reasons = [f"{link.vehicles} vehicles are heard there; nothing more is received or sent over it"]
+        reason = f"{link.vehicles} vehicles are heard there; nothing more is received or sent over it"
+        self._ask(f"close {link.name}", [reason], "close", CloseLink(link.name), f"{link.name} stays open")
+
+    def add_partner(self, typed: str) -> None:
+        """Forward to the address that was typed; ask first whether the station there may command."""
+        name, *options = (part.strip() for part in typed.strip().split(","))
+        link = ",".join([name, *(option for option in options if option != COMMANDS)])
+        if COMMANDS not in options:
+            self._send(AddPartner(link))
+            return
+        reasons = [
+            "each of its commands is judged; those that pass reach vehicles, and are journalled with its address",
+            "the permission ends when it is closed, or with this run of the station",
+        ]
+        request = AddPartner(link, takes_commands=True)
+        self._ask(f"let {clean(name, 60)} command", reasons, "allow it", request, f"{name} was not added")
+
+    def close_partner(self, partner: PartnerRow) -> None:
+        """Ask whether nothing is to be forwarded to an endpoint any more."""
+        if partner.is_closed:
+            self.say(f"{partner.endpoint} is {partner.error}", Ink.CAUTION)
+            return
+        reason = "who is there hears no vehicle any more, and nothing that it sends is passed on"
+        request = ClosePartner(partner.endpoint)
+        self._ask(f"close {partner.endpoint}", [reason], "close", request, f"{partner.endpoint} stays open")
+
+    def _ask(
+        self, title: str, reasons: list[str], does: str, request: AddPartner | CloseLink | ClosePartner, left: str
+    ) -> None:
+        """Ask whether `request` is to be sent; else report `left`."""
 
         def answered(yes: bool | None) -> None:
             if yes:
-                self._send(CloseLink(link.name))
+                self._send(request)
             else:
-                self.say(f"{link.name} stays open")
+                self.say(left)
 
-        title = f"close {link.name}"
-        self._host.app.push_screen(SureDialog(title, reasons, "close", self._glyphs, self._clock), answered)
+        self._host.app.push_screen(SureDialog(title, reasons, does, self._glyphs, self._clock), answered)
 
-    def _send(self, request: AddLink | CloseLink | SetLinkRate) -> None:
+    def _send(self, request: AddLink | CloseLink | SetLinkRate | AddPartner | ClosePartner) -> None:
         self._host.run_worker(self._carry_out(request), group="links", exit_on_error=False)
 
-    async def _carry_out(self, request: AddLink | CloseLink | SetLinkRate) -> None:
+    async def _carry_out(self, request: AddLink | CloseLink | SetLinkRate | AddPartner | ClosePartner) -> None:
         reply = await self._feed.requests.send(request)
         if reply.ok:
             self.say(reply.text, Ink.NORMAL)

@@ -9,12 +9,12 @@ from textual.binding import BindingType
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.link_actions import LINK_ACTIONS
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.protocol.link_report import LinkRow, PathRow
+from tui_gcs.core.protocol.link_report import LinkRow, PartnerRow, PathRow
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.link_watch import LinkWatch, badness
 from tui_gcs.feed.messages import SelectionChanged, StationBack, StationLost
 from tui_gcs.screens.common.polled_screen import PolledScreen
-from tui_gcs.screens.links.link_edits import LinkEdits
+from tui_gcs.screens.links.link_edits import LINK_HINT, PARTNER_HINT, LinkEdits
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -27,6 +27,7 @@ from tui_gcs.widgets.links.link_lists import LinkList, PartnerList, PathList
 from tui_gcs.widgets.links.link_panel import LinkPanel
 
 VIEWS = ("links", "paths", "partners")
+PARTNERS = VIEWS.index("partners")
 
 
 class LinksScreen(PolledScreen):
@@ -58,6 +59,7 @@ class LinksScreen(PolledScreen):
         self.panel = LinkPanel(glyphs=glyphs)
         self.rate_bar = PromptBar("rate")
         self.link_bar = PromptBar("link")
+        self.partner_bar = PromptBar("partner")
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the lists, the details, the questions and the footer."""
@@ -68,6 +70,7 @@ class LinksScreen(PolledScreen):
         yield self.panel
         yield self.rate_bar
         yield self.link_bar
+        yield self.partner_bar
         yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_links")
 
     @on(events.ScreenResume)
@@ -135,7 +138,10 @@ class LinksScreen(PolledScreen):
 
     def action_next_view(self) -> None:
         """Show links, paths, partners."""
-        self._view = (self._view + 1) % len(VIEWS)
+        self._show_view((self._view + 1) % len(VIEWS))
+
+    def _show_view(self, view: int) -> None:
+        self._view = view
         for at, name in enumerate(VIEWS):
             self.set_class(at == self._view, f"-{name}")
         self.show_all()
@@ -143,8 +149,7 @@ class LinksScreen(PolledScreen):
     def action_worst(self) -> None:
         """Show the worst path first, or the paths by vehicle."""
         if VIEWS[self._view] != "paths":
-            self._view = VIEWS.index("links")
-            self.action_next_view()
+            self._show_view(VIEWS.index("paths"))
             self._worst_first = True
         else:
             self._worst_first = not self._worst_first
@@ -171,23 +176,58 @@ class LinksScreen(PolledScreen):
             self.edits.set_rate(self._rate_for, message.text)
 
     def action_add(self) -> None:
-        """Ask for the link to open."""
-        if why := self.edits.why_not():
-            self.edits.say(why, Ink.CAUTION)
-            return
-        self.link_bar.ask("add link", "udpin:127.0.0.1:14551")
+        """Ask for the link to open; among the partners, for the address to forward to."""
+        if self._view == PARTNERS:
+            self.action_add_partner()
+        elif self._may_change():
+            self.edits.say(LINK_HINT, Ink.MUTED)
+            self.link_bar.ask("add link", "udpin:127.0.0.1:14551")
 
     @on(PromptBar.Answered, "#link")
     def _add(self, message: PromptBar.Answered) -> None:
-        self.set_focus(None)
+        self._prompt_closed()
         if message.text is not None and message.text.strip():
             self.edits.add(message.text)
 
+    def action_add_partner(self) -> None:
+        """Show the partners, and ask for the address to forward to."""
+        if self._may_change():
+            self._show_view(PARTNERS)
+            self.edits.say(PARTNER_HINT, Ink.MUTED)
+            self.partner_bar.ask("forward to", "udpout:127.0.0.1:14560")
+
+    @on(PromptBar.Answered, "#partner")
+    def _add_partner(self, message: PromptBar.Answered) -> None:
+        self._prompt_closed()
+        if message.text is not None and message.text.strip():
+            self.edits.add_partner(message.text)
+
+    def _prompt_closed(self) -> None:
+        """Give the keys back to the lists, and take the hint away."""
+        self.set_focus(None)
+        self.edits.report = ()
+        self.show_chosen()
+
     def action_close(self) -> None:
-        """Ask whether the chosen link is to be closed."""
+        """Ask whether the chosen link or partner is to be closed."""
+        if self._view == PARTNERS:
+            partner = self.partner_list.chosen_row
+            if not self._may_change():
+                return
+            if isinstance(partner, PartnerRow):
+                self.edits.close_partner(partner)
+            else:
+                self.edits.say("nothing is forwarded: + adds another station", Ink.CAUTION)
+            return
         link = self._link_to_change()
         if link is not None:
             self.edits.close(link)
+
+    def _may_change(self) -> bool:
+        """Whether this console may change anything; else the operator is shown why not."""
+        if why := self.edits.why_not():
+            self.edits.say(why, Ink.CAUTION)
+        return not why
 
     def _link_to_change(self) -> LinkRow | None:
         link = self._chosen_link()

@@ -66,7 +66,7 @@ class PartnerList(RowsView[PartnerRow]):
     """A line for each forwarding partner."""
 
     DEFAULT_CSS = framed("PartnerList", "width: 1fr; height: 1fr; display: none;")
-    EMPTY = "nothing is forwarded: tui-gcs fly --forward names other stations"
+    EMPTY = "nothing is forwarded: + adds another station"
 
     def header(self, width: int) -> Line:
         """Return the column titles."""

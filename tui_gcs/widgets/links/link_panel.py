@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from tui_gcs.core.protocol.link_report import PartnerRow, PathRow
+from tui_gcs.core.protocol.link_report import LinkRow, PartnerRow, PathRow
 from tui_gcs.feed.link_watch import WatchedLink
 from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
@@ -44,10 +44,17 @@ class LinkPanel(LinesView):
 def title_of(row: WatchedLink | PathRow | PartnerRow | None) -> str:
     """Return what the row is."""
     if isinstance(row, WatchedLink):
-        return f"{row.row.name}   {'added here, kept' if row.row.is_added else 'given at the start'}"
+        return f"{row.row.name}   {origin(row.row)}"
     if isinstance(row, PathRow):
         return f"vehicle {row.vehicle}   {row.link} {row.address}"
-    return row.endpoint if row is not None else "link"
+    return f"{row.endpoint}   {origin(row)}" if row is not None else "link"
+
+
+def origin(row: LinkRow | PartnerRow) -> str:
+    """Return who opened a link or an endpoint, and for how long."""
+    if not row.is_added:
+        return "given at the start"
+    return "added here, kept" if row.is_kept else "added here, until the station ends"
 
 
 def link_texts(link: WatchedLink) -> list[Run]:
@@ -92,11 +99,15 @@ def path_texts(path: PathRow) -> list[Run]:
 
 
 def partner_texts(partner: PartnerRow) -> list[Run]:
-    """Return what a partner may do, and what of it was refused."""
+    """Return what a partner may do, what reached vehicles of what it sent, and what was refused."""
     may = "its commands are judged, and may reach vehicles" if partner.takes_commands else "it only listens"
-    texts: list[Run] = [(f"{may}; {partner.bytes_out} bytes sent there", Ink.TEXT)]
-    if partner.error:
+    if partner.is_closed:
+        may = f"{partner.error}: nothing is sent there or taken from there"
+    texts: list[Run] = [(may, Ink.CAUTION if partner.is_closed else Ink.TEXT)]
+    if partner.error and not partner.is_closed:
         texts.insert(0, (f"DOES NOT WORK: {partner.error}", Ink.CAUTION))
+    traffic = f"{partner.bytes_out} bytes sent there, {partner.bytes_in} received"
+    texts.append((f"{traffic}; {partner.passed} frames of it reached vehicles", Ink.TEXT))
     if partner.refused:
         worst = sorted(partner.refused.items(), key=lambda item: -item[1])
         texts.append(("refused: " + ", ".join(f"{reason} {count}" for reason, count in worst), Ink.CAUTION))
