@@ -3,22 +3,14 @@
 A log grows at the rate that was measured. Of its bytes those of `record` have a meaning; between them stands filler.
 """
 
-import random
 from bisect import bisect_right
 from dataclasses import dataclass, field
-from functools import cache
 
+from sitl.common import ulog
 from sitl.common.dataflash import FILLER_BYTES, FORMATS, filler
 from sitl.common.vehicle_spec import VehicleSpec
 
-_RANDOM_BYTES = 1 << 16
-_ULOG_HEAD = b"ULog\x01\x12\x35\x01"
 ARDUPILOT_BYTES_S, PX4_BYTES_S = 70_000.0, 229_000.0
-
-
-@cache
-def _random(seed: int) -> bytes:
-    return random.Random(seed).randbytes(_RANDOM_BYTES)
 
 
 @dataclass
@@ -96,7 +88,7 @@ class Logs:
         """PX4: the logs were listed; without that it sends no data."""
         self.warned = False
         """ArduPilot: the refusal to download while armed was reported."""
-        self._epoch_s = spec.unix_epoch_us // 1_000_000
+        self._epoch_s, self._system_id = spec.unix_epoch_us // 1_000_000, spec.system_id
 
     def power_on(self, now_us: int) -> None:
         """Begin a log as PX4 does: it logs from the boot until it is disarmed."""
@@ -127,7 +119,7 @@ class Logs:
     def _start(self, now_us: int) -> None:
         number, utc_s = len(self.files) + 1, self._epoch_s + now_us // 1_000_000
         if self.px4:
-            log = Log(number, utc_s, PX4_BYTES_S, _ULOG_HEAD, _random(number))
+            log = Log(number, utc_s, PX4_BYTES_S, ulog.head(self._system_id), ulog.filler(number), ulog.FILLER_BYTES)
         else:
             log = Log(number, utc_s, ARDUPILOT_BYTES_S, FORMATS, filler(number), FILLER_BYTES)
         log.growing_since_us = now_us

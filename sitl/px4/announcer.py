@@ -1,6 +1,7 @@
 """What PX4 reports in words: STATUSTEXTs, and the EVENTs that contain the same for newer stations."""
 
 from collections import deque
+from collections.abc import Callable
 
 from sitl.common.autopilot import Handler
 from sitl.common.platform import Part, Platform
@@ -26,6 +27,8 @@ class Announcer(Part):
         self.log = EventLog()
         self._texts: deque[tuple[int, MavSeverity, str]] = deque(maxlen=MAX_TEXTS)
         self._text_id = 0
+        self.on_text: Callable[[MavSeverity, str], None] | None = None
+        """What writes texts into the vehicle's log, whether or not a station hears them."""
 
     def handlers(self) -> dict[str, Handler]:
         """Return the handlers of this service."""
@@ -50,6 +53,8 @@ class Announcer(Part):
         """Send a STATUSTEXT, or keep it until a ground station is alive."""
         # Texts go only to a link with a live heartbeat of a station; EVENTs and telemetry are sent regardless
         # (docs/autopilots.md "Wire of PX4").
+        if self.on_text is not None:
+            self.on_text(severity, text)
         if self.gcs_alive:
             self._send_text(severity, text)
         else:

@@ -13,6 +13,7 @@ from sitl.px4.commander import Commander
 from sitl.px4.commands import DO_SET_MODE, Px4Commands
 from sitl.px4.failsafes import Px4Failsafes
 from sitl.px4.ftp import Px4FtpServer
+from sitl.px4.log_writer import Px4LogWriter
 from sitl.px4.mission_protocol import Px4Missions
 from sitl.px4.modes import HOLD, OFFBOARD
 from sitl.px4.parts import Px4Parts
@@ -57,6 +58,7 @@ class Px4(Autopilot):
         self.calibration, self.fence, self.mission = parts.calibration, parts.fence, self._commander.mission
         self.discharge = parts.battery.discharge
         self.telemetry = telemetry = Px4Telemetry(platform, parts, self._commander)
+        self._log_writer = Px4LogWriter(platform, parts, self._commander, telemetry)
         self.execute = Px4Commands(platform, parts, self._commander, telemetry).execute
         self.handlers = self._new_handlers()
 
@@ -90,11 +92,12 @@ class Px4(Autopilot):
         self._commander.tick()
 
     def watch(self) -> None:
-        """Do one tick of a booted vehicle: battery, failsafes, arming checks."""
+        """Do one tick of a booted vehicle: battery, failsafes, arming checks, its log."""
         if self.platform.state.armed:
             self._parts.battery.drain()
         self.failsafes.watch()
         self._parts.checks.watch()
+        self._log_writer.watch()
 
     def _hear_gcs(self, frame: ReceivedFrame) -> None:
         if frame.fields["type"] == GCS_TYPE:

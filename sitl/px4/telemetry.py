@@ -46,7 +46,8 @@ class Px4Telemetry(Telemetry):
             "mavlink_version": 3,
         }
 
-    def _voltage_mv(self) -> int:
+    def voltage_mv(self) -> int:
+        """Return the battery's voltage in millivolts."""
         return round(1000 * CELLS * (EMPTY_V + (FULL_V - EMPTY_V) * self._parts.battery.charge))
 
     def _sys_status(self) -> Fields:
@@ -62,7 +63,7 @@ class Px4Telemetry(Telemetry):
             "onboard_control_sensors_enabled": _ENABLED,
             "onboard_control_sensors_health": health,
             "load": 176,
-            "voltage_battery": self._voltage_mv(),
+            "voltage_battery": self.voltage_mv(),
             "current_battery": UNKNOWN_CURRENT,
             "battery_remaining": math.ceil(100.0 * self._parts.battery.charge),
             "onboard_control_sensors_health_extended": 1,
@@ -74,7 +75,7 @@ class Px4Telemetry(Telemetry):
             "battery_function": 1,
             "type": 1,
             "temperature": 32767,
-            "voltages": (self._voltage_mv(), *(65535,) * 9),
+            "voltages": (self.voltage_mv(), *(65535,) * 9),
             "current_battery": UNKNOWN_CURRENT,
             "current_consumed": -1,
             "energy_consumed": -1,
