@@ -36,6 +36,7 @@ class Partner:
 
     address: Address
     last_heard_s: float
+    """When something valid came from it last; minus infinity: never."""
     stays: bool
     """It is the one partner of a point-to-point link."""
     systems: dict[tuple[int, int], float] = field(default_factory=dict)
@@ -120,7 +121,7 @@ class Port:
         fixed = self.link.partners
         for address in fixed:
             if address not in self.partners:
-                self.partners[address] = Partner(address, now, stays=True)
+                self.partners[address] = Partner(address, -math.inf, stays=True)
         for partner in list(self.partners.values()):
             partner.forget(now)
             gone = partner.address not in fixed if partner.stays else now - partner.last_heard_s > SILENT_S

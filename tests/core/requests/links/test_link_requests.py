@@ -12,7 +12,6 @@ from tui_gcs.core.links import open_link
 from tui_gcs.core.protocol import link_report as p
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.link_store import LinkStore
-from tui_gcs.core.requests.links.link_reporter import LinkReporter
 from tui_gcs.core.requests.links.link_requests import LinkRequests
 
 
@@ -227,9 +226,9 @@ def test_a_new_start_has_its_own_links_and_those_that_were_added(tmp_path: Path)
     ended(rig)
     later, requests = restarted(tmp_path, "run-2")
     assert links_of(later) == {"memory": (True, None), ADDED: (True, None)}
-    report_ = LinkReporter(later.station.parts).report()
-    assert {row.name: row.is_added for row in report_.links} == {"memory": False, ADDED: True}
+    assert {row.name: row.is_added for row in report(later).links} == {"memory": False, ADDED: True}
     asked(requests, p.CloseLink(ADDED))
+    assert {row.name: row.is_added for row in report(later).links} == {"memory": False, ADDED: True}
     ended(later)
     last, _ = restarted(tmp_path, "run-3")
     assert links_of(last) == {"memory": (True, None)}

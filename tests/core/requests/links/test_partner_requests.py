@@ -138,6 +138,7 @@ def test_what_a_closed_partner_sends_reaches_nothing_and_what_was_refused_stays_
         assert holds(rig.peers[1]) == []
         row = partners(rig)[0]
         assert (row.up, row.is_closed, row.error) == (False, True, "closed by console-1")
+        assert row.is_added, "also when it is closed"
         assert row.refused == {"not on the list": 1} and row.systems == ("252/190",) and row.bytes_in > 0
         assert "nothing is forwarded to" in ask(rig, p.ClosePartner(other.link)).text
 

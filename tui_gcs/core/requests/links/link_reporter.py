@@ -17,12 +17,15 @@ SYS_STATUS = 1
 
 
 class LinkReporter:
-    """Makes a report when it is asked; nothing is kept or counted here."""
+    """Makes a report when it is asked. It is made with the station, before any link is added."""
 
     def __init__(self, parts: StationParts) -> None:
         self._parts = parts
         self._comms = parts.comms
         self._store = parts.config.link_store
+        # Made before changes of earlier are made again: these are the names of the command line.
+        self._given_links = frozenset(parts.comms.links)
+        self._given_partners = frozenset(port.link.name for port in parts.comms.forwarder.ports)
 
     def report(self) -> p.LinkReport:
         """Return all links, paths and partners at this moment."""
@@ -60,7 +63,7 @@ class LinkReporter:
             secure=link.spec.secure,
             high_latency=link.spec.high_latency,
             radio=radio,
-            is_added=self._store is not None and link.name in self._store.added,
+            is_added=link.name not in self._given_links,
             is_kept=self._is_kept,
         )
 
@@ -104,9 +107,14 @@ class LinkReporter:
                 bytes_in=port.link.bytes_in,
                 passed=port.passed,
                 is_closed=port.is_closed,
-                is_added=self._store is not None and port.link.name in self._store.partners,
+                is_added=self._is_added(port),
                 is_kept=self._is_kept,
             )
+
+    def _is_added(self, port: Port) -> bool:
+        """Whether an operator opened the endpoint, also in place of one of the command line that was closed."""
+        name = port.link.name
+        return name not in self._given_partners or (self._store is not None and name in self._store.partners)
 
     @property
     def _is_kept(self) -> bool:
