@@ -58,7 +58,7 @@ async def test_pictures(name: str, size: tuple[int, int]) -> None:
         assert same_as_snapshot(f"box-{name}-{size[0]}x{size[1]}", c.text())
 
 
-LATE = VehicleProgress(5, OrderState.NOT_SEEN, "begun, but telemetry does not show it")
+LATE = VehicleProgress(5, OrderState.NOT_SEEN, "asked, but telemetry does not show it")
 LONG = "would come within 10 m of vehicle 6 in 4 s: it is flown to the layer of that one by its planner"
 REFUSED = [VehicleProgress(v, OrderState.REFUSED, LONG) for v in (2, 4)]
 
