@@ -85,6 +85,7 @@ def test_an_alarm_its_moment_in_the_log_and_its_cause(operator: Operator) -> Non
     operator.press(TAB, "log of 3")
     operator.press(DOWN, "ArduPilot log")  # the flight itself is the newest
     operator.press(ENTER, "journals add", 60.0)
+    operator.press("w", "alarms")
     operator.press("w", "notices")
     operator.press("w", "warnings")
     moment = re.search(r"(\d\d:\d\d)  log of 3 +ERROR: battery failsafe", operator.screen())

@@ -45,13 +45,17 @@ class FlightPlotApp(TerminalApp):
         theme: str = "",
         beside: LiveWatch | None = None,
         clock: Clock | None = None,
+        at_s: float | None = None,
     ) -> None:
-        """Plot points of `source` in the panes of `layout`; views are kept in `folder`, `beside` is what may fly."""
+        """Plot points of `source` in the panes of `layout`, with the cursor at `at_s`.
+
+        Views are kept in `folder`, `beside` is what may fly.
+        """
         super().__init__()
         if theme:
             self.display_theme = theme
         self.glyphs = glyphs
-        self.plots = FlightPlotsScreen(source, title, folder=folder, glyphs=glyphs)
+        self.plots = FlightPlotsScreen(source, title, folder=folder, glyphs=glyphs, at_s=at_s)
         self._first_layout = layout
         self._beside = beside
         self._clock = clock or MonotonicClock()
@@ -110,7 +114,7 @@ class FlightPlotApp(TerminalApp):
 
     def action_show_help(self) -> None:
         """Show all keys."""
-        self.push_screen(HelpDialog((*FlightPlotsScreen.ACTIONS, *APP_KEYS), ActionContext(), self.glyphs))
+        self.push_screen(HelpDialog(APP_KEYS, ActionContext(), self.glyphs, FlightPlotsScreen.ACTIONS))
 
     def action_leave(self) -> None:
         """End the program; the flights stay as they are."""

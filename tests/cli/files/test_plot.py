@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.core.records.test_flight_series import START_S
 from tests.screens.plots.test_flight_plots import recorded
+from tui_gcs.cli.files.plot import moment_s
 from tui_gcs.cli.main import main
 
 
@@ -32,6 +34,7 @@ def test_all_values_are_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str
         (["--show", "nothing of the kind"], "no such value"),
         (["--show", "v9 attitude.roll"], "no such value"),
         ([], "nothing to plot"),
+        (["--at", "noon"], "--at noon: no time: 95, 1:35 or 12:41:07Z"),
     ],
 )
 def test_what_cannot_be_plotted_is_said(
@@ -39,6 +42,19 @@ def test_what_cannot_be_plotted_is_said(
 ) -> None:
     assert main(["plot", str(recorded(tmp_path)), *words]) == 2
     assert why in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "at_s"),
+    [
+        ("20", 20.0),
+        ("1:30", 60.0),  # the log ends before
+        ("14:13:55.5Z", 35.5),
+        ("14:13:18Z", 0.0),  # the station's journal begins before the log
+    ],
+)
+def test_the_cursor_begins_at_a_time_since_the_beginning_or_of_the_day(text: str, at_s: float) -> None:
+    assert moment_s(text, START_S, START_S + 60.0) - START_S == pytest.approx(at_s)
 
 
 def test_what_is_no_flight_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

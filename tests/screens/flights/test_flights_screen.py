@@ -18,6 +18,7 @@ from tui_gcs.core.judging.flight_timeline import FlightTimeline, timeline
 from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.core.records.flight_archive import RecordedFlight
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, remember
+from tui_gcs.screens.flights.flight_files import time_of_day
 from tui_gcs.screens.flights.flights_screen import FlightsScreen
 
 DAY_S = 86_400.0
@@ -105,11 +106,16 @@ async def test_an_opened_flight_shows_what_happened_by_severity_and_words(tmp_pa
     async with flights(tmp_path) as c:
         await c.press("enter")
         assert "LOST in the air: vehicle 3" in c.text() and "over: LOST" in c.text()
+        assert "w alarms" in c.line(-1)
+        await c.press("w")
+        assert "alarms" in str(screen(c).timeline_list.border_title)
+        assert {entry.source for entry in screen(c).timeline_list.rows} == {"alarm"}
         await c.press("w", "w")
         assert [entry.text for entry in screen(c).timeline_list.rows] == [
             "battery low: vehicle 7",
             "LOST in the air: vehicle 3",
         ]
+        assert "alarm: battery low: vehicle 7" in panel(c), "the chosen entry whole, though its line may be cut"
         await c.press("slash", *"batt", "enter")
         assert len(screen(c).timeline_list.rows) == 1
         await c.press("escape", "escape")
@@ -125,6 +131,37 @@ async def test_replay_begins_where_the_chosen_entry_is(tmp_path: Path) -> None:
         await c.press("enter")
         assert commands[0][3:] == ["replay", str(DATA / "arducopter-8.tlog"), "--at", "80.6"]
         assert "back from arducopter-8.tlog" in panel(c)
+
+
+async def test_the_log_of_a_vehicle_is_plotted_at_the_chosen_entry(tmp_path: Path) -> None:
+    async with flights(tmp_path) as c:
+        commands: list[list[str]] = []
+        screen(c).files.run_program = lambda command: commands.append(command) or 0
+        await c.press("end", "enter", "end")
+        entry = screen(c).timeline_list.chosen_row
+        assert entry is not None and "Enter plots here" in c.line(-1)
+        await c.press("enter")
+        path = str(tmp_path / "live/logs/vehicle-7/log-00012.bin")
+        assert commands[-1][3:] == ["plot", path, "--at", time_of_day(entry.wall_s)]
+        await c.press("g")
+        assert commands[-1] == commands[-2]
+        assert "back from log-00012.bin" in panel(c)
+        await c.press("escape")
+        assert screen(c).row_list is screen(c).flight_list, "Esc goes back with the first press, report or not"
+
+
+def test_a_time_of_day_for_a_command_line_is_within_the_day() -> None:
+    assert time_of_day(1.75e9 + 0.32) == "15:06:40.3Z"
+    assert time_of_day(86_399.96) == "00:00:00.0Z"
+
+
+async def test_a_downloaded_log_is_listed_by_the_time_at_which_the_vehicle_began_it(tmp_path: Path) -> None:
+    folders = recorded(tmp_path)
+    log = tmp_path / "live/logs/vehicle-7/log-00012.bin"
+    log.rename(log.with_name("log-00012-20250102T030405Z.bin"))
+    async with console(WIDE, recordings=folders) as c:
+        await c.press("S", "f")
+        assert "2025-01-02 03:04 log of 7" in c.text()
 
 
 async def test_the_chosen_recording_or_all_marked_ones_are_plotted(tmp_path: Path) -> None:
@@ -164,7 +201,7 @@ async def test_replay_is_refused_where_alarms_would_be_missed_or_nothing_can_be_
     async with console(WIDE, recordings=folders) as c:
         await c.press("S", "f")
         await c.press("end", "R")
-        assert "only a telemetry log can be replayed; this is a ArduPilot log" in panel(c)
+        assert "only a telemetry log can be replayed; ArduPilot log: Enter shows what happened, g plots it" in panel(c)
         status = c.app.feed.status
         assert status is not None
         c.app.feed.status = msgspec.structs.replace(status, armed=3)

@@ -58,9 +58,10 @@ class Plots:
 
 
 @asynccontextmanager
-async def plots(folder: Path, size: tuple[int, int] = WIDE) -> AsyncIterator[Plots]:
+async def plots(folder: Path, size: tuple[int, int] = WIDE, at_s: float | None = None) -> AsyncIterator[Plots]:
     source = FlightPlotSource([open_flight(recorded(folder))])
-    app = FlightPlotApp(source, "flight.tlog", PlotLayout(window=WHOLE_FLIGHT), folder=folder, glyphs=UNICODE)
+    layout = PlotLayout(window=WHOLE_FLIGHT)
+    app = FlightPlotApp(source, "flight.tlog", layout, folder=folder, glyphs=UNICODE, at_s=at_s)
     async with app.run_test(size=size):
         shown = Plots(app)
         await shown.press()
@@ -162,3 +163,19 @@ def test_a_log_that_vanished_is_reported(tmp_path: Path) -> None:
     path.unlink()
     source.read()
     assert "cannot be read" in source.error and not source.is_reading
+
+
+async def test_the_cursor_begins_at_the_moment_that_was_asked_for(tmp_path: Path) -> None:
+    async with plots(tmp_path, NARROW, at_s=START_S + 20.0) as p:
+        moment = p.app.plots.source.time_words(START_S + 20.0)
+        assert f"cursor {moment}: x hides it" in p.text()
+        await p.press(*typed("attitude.roll"))
+        assert f"[{moment}]" in p.text() and " AT " in p.text()
+        await p.press("x")
+        assert "cursor " + moment not in p.text()
+
+
+async def test_the_help_of_the_plots_begins_with_the_panes(tmp_path: Path) -> None:
+    async with plots(tmp_path) as p:
+        await p.press("question_mark")
+        assert " Panes " in p.text() and " Here " in p.text() and " Map " not in p.text()

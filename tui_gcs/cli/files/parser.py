@@ -127,6 +127,8 @@ def _add_plot(commands: Commands) -> None:
     plot.add_argument("flight", metavar="FLIGHT", nargs="+", help=known)
     known = "a value by words of its name, unit or meaning, with v3 or v1-4 for these vehicles; may be repeated"
     options.repeated(plot, "--show", "WORDS", known)
+    known = "the cursor stands at this time: 95 (seconds since the beginning), 1:35, or 12:41:07Z (of the day, UTC)"
+    plot.add_argument("--at", metavar="TIME", help=known)
     plot.add_argument("--list", action="store_true", help="all values that the flights have, instead of a plot")
     plot.add_argument("--text", action="store_true", help="print the plot once, also on a terminal")
     options.report(plot)

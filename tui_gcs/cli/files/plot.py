@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tui_gcs.actions.replay_times import DAY_S, ReplayTimeError, since_beginning_s
 from tui_gcs.cli.command_report import CommandReport, finish
 from tui_gcs.cli.console import operators_theme, stations_beside
 from tui_gcs.cli.exit_codes import CommandError, ReportCode
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from tui_gcs.widgets.basics.glyphs import GlyphSet
 
 PANE_ROWS = 16
+SHORTLY_S = 3600.0
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -39,6 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.list:
         return _list(arguments, source)
     layout = _layout(source, arguments.show)
+    at_s = moment_s(arguments.at, source.begin_s, source.now_s) if arguments.at is not None else None
     glyphs = glyph_set(wants_ascii(os.environ, getattr(sys.__stdout__, "encoding", None)))
     as_text = arguments.text or arguments.json or arguments.output or not sys.stdout.isatty()
     if as_text:
@@ -55,6 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
             glyphs=glyphs,
             theme=operators_theme(),
             beside=beside,
+            at_s=at_s,
         )
         app.run(mouse=not wants_slow())
     return app.return_code or 0
@@ -67,6 +71,19 @@ def _opened(path: Path) -> FlightSeries:
         raise CommandError(str(error)) from None
     except OnboardLogError as error:
         raise CommandError(f"{clean(str(path), MAX_CELLS)}: {error}") from None
+
+
+def moment_s(text: str, begin_s: float, end_s: float) -> float:
+    """Return the time of `text` on the logs' clock, at most as far as they reach. Raises `CommandError`."""
+    is_time_of_day = text[-1:] in ("Z", "z")
+    try:
+        seconds = since_beginning_s(text[:-1] if is_time_of_day else text)
+    except ReplayTimeError:
+        raise CommandError(f"--at {clean(text, 20)}: no time: 95, 1:35 or 12:41:07Z") from None
+    if is_time_of_day:
+        # What the station noted may lie shortly before the first record of a log.
+        seconds = (seconds - begin_s + SHORTLY_S) % DAY_S - SHORTLY_S
+    return min(max(begin_s + seconds, begin_s), end_s)
 
 
 def _layout(source: "FlightPlotSource", wanted: list[str]) -> "PlotLayout":

@@ -5,6 +5,7 @@ sim/rehearsal-DAY-TIME/run.tlog               rehearsals and other runs in lock-
 live/logs/vehicle-7/log-00012-DAY.bin, .ulg   logs that were downloaded from vehicles
 """
 
+import calendar
 import math
 import re
 import time
@@ -38,6 +39,9 @@ _TIME_BYTES = 8
 _MAX_WALL_S = 4_102_444_800.0  # the year 2100
 _VEHICLE = re.compile(rb'"source":"vehicle ([0-9]{1,6})"')
 _ALARM = b'"cls":"alarm"'
+_LOG_TIME = re.compile(r"-(\d{8}T\d{6}Z)$")
+LOG_OF = "log of "
+"""How the source of a log begins that was downloaded from a vehicle."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,11 @@ class RecordedFlight:
     def is_telemetry(self) -> bool:
         """Whether it can be replayed."""
         return self.path.suffix.lower() == ".tlog"
+
+    @property
+    def is_vehicle_log(self) -> bool:
+        """Whether it was downloaded from a vehicle."""
+        return self.source.startswith(LOG_OF)
 
     def may_grow(self, now_wall_s: float) -> bool:
         """Return whether it may be written at this moment."""
@@ -152,21 +161,32 @@ def _files_in(folder: Path, name: str) -> Iterator[tuple[Path, str]]:
         yield path.absolute(), "rehearsal" if path.parent.name.startswith("rehearsal-") else path.parent.name
     for path in folder.glob("logs/vehicle-*/*"):
         if path.suffix.lower() in (".bin", ".ulg"):
-            yield path.absolute(), f"log of {path.parent.name.removeprefix('vehicle-')}"
+            yield path.absolute(), f"{LOG_OF}{path.parent.name.removeprefix('vehicle-')}"
 
 
 def _read(path: Path, source: str, size_bytes: int, changed_wall_s: float) -> RecordedFlight:
     """Read the first and last time of a telemetry log, and what stands in its journal. Raises `OSError`."""
     flight = RecordedFlight(path, source, size_bytes, changed_wall_s)
-    if source.startswith("log of "):
-        number = source.removeprefix("log of ")
-        return replace(flight, vehicles=(int(number),) if number.isdecimal() else ())
+    if flight.is_vehicle_log:
+        number = source.removeprefix(LOG_OF)
+        return replace(
+            flight, vehicles=(int(number),) if number.isdecimal() else (), began_wall_s=_time_in_name(path.stem)
+        )
     if not flight.is_telemetry:
         return flight
     first_s, last_s = telemetry_times(path)
     flight = replace(flight, began_wall_s=first_s, length_s=last_s - first_s)
     journal = path.with_suffix(".jsonl")
     return _with_journal(flight, journal) if journal.is_file() else flight
+
+
+def _time_in_name(name: str) -> float:
+    """Return the time at which a vehicle began its log, as `core/services` names the file; NaN without one."""
+    match = _LOG_TIME.search(name)
+    try:
+        return float(calendar.timegm(time.strptime(match[1], "%Y%m%dT%H%M%SZ"))) if match else math.nan
+    except ValueError:
+        return math.nan
 
 
 def telemetry_times(path: Path) -> tuple[float, float]:

@@ -1,6 +1,7 @@
 """What the flights screen does with recordings: replay, plot, export, delete, open, copy the path."""
 
 import asyncio
+import math
 import subprocess
 import sys
 import time
@@ -19,8 +20,15 @@ from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.flights.flight_lists import length_words, size_words
 
+DAY_S = 86_400
 MAX_LINES = 4
 """The last lines of an export's output are shown."""
+
+
+def time_of_day(wall_s: float) -> str:
+    """Return a time in seconds as `12:41:07.3Z`, for a command line."""
+    tenths = round(wall_s * 10) % (10 * DAY_S)
+    return f"{tenths // 36_000:02d}:{tenths // 600 % 60:02d}:{tenths % 600 / 10:04.1f}Z"
 
 
 class FlightFiles(ScreenEdits):
@@ -50,8 +58,11 @@ class FlightFiles(ScreenEdits):
         command = [sys.executable, "-m", "tui_gcs", "replay", str(flight.path), "--at", f"{max(0.0, at_s):.1f}"]
         self._run(command, clean(flight.path.name, 60), "replay")
 
-    def plot(self, flights: Sequence[RecordedFlight]) -> None:
-        """Show values of these recordings over time, joined by their times; this console waits behind them."""
+    def plot(self, flights: Sequence[RecordedFlight], at_s: float = math.nan) -> None:
+        """Show values of these recordings over time, joined by their times; this console waits behind them.
+
+        The cursor stands at the time `at_s` of the recordings' clock, if that is a number.
+        """
         paths = [str(flight.path) for flight in flights]
         if not paths:
             self.say("no flight is chosen", Ink.CAUTION)
@@ -61,7 +72,8 @@ class FlightFiles(ScreenEdits):
             )
         else:
             names = clean(flights[0].path.name, 60) if len(flights) == 1 else f"{len(flights)} recordings"
-            self._run([sys.executable, "-m", "tui_gcs", "plot", *paths], names, "plots")
+            at = ["--at", time_of_day(at_s)] if math.isfinite(at_s) else []
+            self._run([sys.executable, "-m", "tui_gcs", "plot", *paths, *at], names, "plots")
 
     def _run(self, command: list[str], name: str, what: str) -> None:
         code = self.run_program(command)
@@ -77,7 +89,7 @@ class FlightFiles(ScreenEdits):
         if flight is None:
             return "no flight is chosen"
         if not flight.is_telemetry:
-            return f"only a telemetry log can be replayed; this is a {flight.what}: Enter shows what happened"
+            return f"only a telemetry log can be replayed; {flight.what}: Enter shows what happened, g plots it"
         if status is not None and status.replay is not None:
             return f"this is a replay: q leaves it, then tui-gcs replay {clean(str(flight.path), 200)}"
         # A replay shows one line of what flies: enough to notice what happens, not enough to fly by.

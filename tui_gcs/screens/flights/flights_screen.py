@@ -1,6 +1,7 @@
 """The flights screen: layout, views and keys."""
 
 import asyncio
+import math
 from collections.abc import Callable, Coroutine
 from typing import Any, ClassVar
 
@@ -27,14 +28,25 @@ from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.top_lines import TopLines
-from tui_gcs.widgets.flights.flight_lists import FlightList, FlightPanel, TimelineList, remark
+from tui_gcs.widgets.flights.flight_lists import FlightList, FlightPanel, TimelineList, remark, size_words
 from tui_gcs.widgets.forms.prompt_bar import PromptBar
 
 LISTED_LABELS = {"select": ""}
 """No vehicle is selected for what this screen does, and the smallest terminal has no room for it."""
-OPENED_LABELS = {"select": "", "enter": "replay", "replay": "", "next_severity": "severity", "cancel": "back"}
-"""What keys do in an opened flight, for the footer."""
-SEVERITIES = {DEBUG: "", NOTICE: "notices", WARNING: "warnings", CRITICAL: "critical"}
+OPENED_LABELS = {"select": "", "enter": "replay", "replay": "", "next_severity": "alarms", "cancel": "back"}
+"""What keys do in an opened telemetry log, for the footer."""
+LOG_LABELS = OPENED_LABELS | {"enter": "plots here", "plot": ""}
+"""The same for the log of a vehicle, which cannot be replayed."""
+ALARM_SOURCE = "alarm"
+"""The source of what the station's alarm table reported."""
+PARTS: dict[str, Callable[[TimelineEntry], bool]] = {
+    "": lambda entry: entry.severity <= DEBUG,
+    "alarms": lambda entry: entry.source == ALARM_SOURCE,
+    "notices": lambda entry: entry.severity <= NOTICE,
+    "warnings": lambda entry: entry.severity <= WARNING,
+    "critical": lambda entry: entry.severity <= CRITICAL,
+}
+"""Which of the entries are shown, by the words of the title: everything first."""
 
 
 class FlightsScreen(PolledScreen):
@@ -61,7 +73,7 @@ class FlightsScreen(PolledScreen):
         self._archive = archive
         self._flights: tuple[RecordedFlight, ...] = ()
         self._opened: tuple[RecordedFlight, FlightTimeline] | None = None
-        self._least = DEBUG
+        self._part = ""
         self.files = FlightFiles(self, feed, clock, glyphs, self.show_all, archive)
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.flight_list = FlightList(glyphs=glyphs)
@@ -108,16 +120,25 @@ class FlightsScreen(PolledScreen):
             set_title(self.flight_list, f"{title}   {find}" if find else title)
         else:
             self._show_timeline(*self._opened, words, find)
-        self.footer.relabel(OPENED_LABELS if self._opened is not None else LISTED_LABELS)
+        self.footer.relabel(self._labels())
         flight = self._opened[0] if self._opened is not None else self.flight_list.chosen_row
-        self.panel.show(flight, self._opened[1] if self._opened is not None else None, self.files.report)
+        entry = self.timeline_list.chosen_row if self._opened is not None else None
+        self.panel.show(flight, self._opened[1] if self._opened is not None else None, self.files.report, entry)
+
+    def _labels(self) -> dict[str, str]:
+        if self._opened is None:
+            return LISTED_LABELS
+        return OPENED_LABELS if self._opened[0].is_telemetry else LOG_LABELS
 
     def _show_timeline(self, flight: RecordedFlight, opened: FlightTimeline, words: list[str], find: str) -> None:
-        entries = [e for e in opened.entries if e.severity <= self._least and _fits(words, f"{e.source} {e.text}")]
+        is_shown = PARTS[self._part]
+        entries = [e for e in opened.entries if is_shown(e) and _fits(words, f"{e.source} {e.text}")]
         self.timeline_list.first_wall_s = opened.first_wall_s
-        self.timeline_list.empty_text = "nothing that fits" if words or self._least != DEBUG else "nothing happened"
+        self.timeline_list.empty_text = (
+            "nothing that fits: w shows others" if words or self._part else "nothing happened"
+        )
         self.timeline_list.show_kept(entries, lambda entry: entry)
-        parts = (clean(flight.path.name, 40), f"{len(entries)} entries", SEVERITIES[self._least], find)
+        parts = (clean(flight.path.name, 40), f"{len(entries)} entries", self._part, find)
         set_title(self.timeline_list, "   ".join(filter(None, parts)))
 
     def show_chosen(self) -> None:
@@ -145,14 +166,16 @@ class FlightsScreen(PolledScreen):
     # ---------------------------------------------------------------- keys
 
     def action_enter(self) -> None:
-        """Open the chosen flight; in an opened one replay it from the chosen moment."""
+        """Open the chosen flight; in an opened one replay it from the chosen moment, or plot a vehicle's log there."""
         if self._opened is None:
             flight = self.flight_list.chosen_row
             if flight is not None:
-                self.files.say(f"reading {clean(flight.path.name, 60)} …")
+                self.files.say(f"reading {clean(flight.path.name, 60)}, {size_words(flight.size_bytes)} …")
                 self.run_worker(self._open(flight), group="open", exclusive=True, exit_on_error=False)
-            return
-        self.action_replay()
+        elif self._opened[0].is_telemetry:
+            self.action_replay()
+        else:
+            self.action_plot()
 
     async def _open(self, flight: RecordedFlight) -> None:
         try:
@@ -160,7 +183,7 @@ class FlightsScreen(PolledScreen):
         except FlightReadError as error:
             self.files.say(str(error), Ink.WARNING)
             return
-        self._opened, self._least, self.typed.words = (flight, opened), DEBUG, ""
+        self._opened, self._part, self.typed.words = (flight, opened), "", ""
         self.timeline_list.chosen = 0
         self.set_class(True, "-opened")
         self.files.report = ()
@@ -173,10 +196,12 @@ class FlightsScreen(PolledScreen):
         self.files.replay(self._chosen, at_s)
 
     def action_plot(self) -> None:
-        """Show values of the marked recordings over time, or of the chosen or opened one."""
+        """Show values of the marked recordings over time, or of the chosen one; in an opened one at its entry."""
         marked = [flight for flight in self._flights if flight.path in self.flight_list.marked]
         chosen = self._chosen
-        self.files.plot(marked or ([chosen] if chosen is not None else []))
+        entry: TimelineEntry | None = self.timeline_list.chosen_row if self._opened is not None else None
+        at_s = entry.wall_s if entry is not None else math.nan
+        self.files.plot(marked or ([chosen] if chosen is not None else []), at_s)
 
     def action_mark(self) -> None:
         """Mark the chosen recording for the plots, or take its mark off, and go on to the next."""
@@ -237,15 +262,16 @@ class FlightsScreen(PolledScreen):
         self.show_all()
 
     def action_next_severity(self) -> None:
-        """Show only graver entries; after the last step all."""
-        steps = list(SEVERITIES)
-        self._least = steps[(steps.index(self._least) + 1) % len(steps)]
+        """Show alarms alone, or only graver entries; after the last step all."""
+        parts = list(PARTS)
+        self._part = parts[(parts.index(self._part) + 1) % len(parts)]
         self.show_all()
 
     def action_cancel(self) -> None:
-        """End the search; without one go back to the list."""
-        if self.typed.words or self.files.report:
-            self.typed.words, self.files.report = "", ()
+        """End the search; without one go back to the list. The report of the last key goes with either."""
+        self.files.report = ()
+        if self.typed.words:
+            self.typed.words = ""
         elif self._opened is not None:
             self._opened = None
             self.set_class(False, "-opened")

@@ -20,7 +20,7 @@ APP_KEYS = (
     action("next_theme", "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
     action("redraw", "ctrl+l", "", "write the whole screen again", SCREENS),
     action("show_help", "question_mark", "help", "all keys", SCREENS, 9),
-    action("leave", "q", "quit", "leave", SCREENS, 9),
+    action("leave", "q", "leave", "the recordings stay as they are", SCREENS, 9),
 )
 """The keys of the program that shows nothing else."""
 
@@ -29,10 +29,17 @@ class FlightPlotsScreen(PlotScreen):
     """Panes of values of recorded flights."""
 
     def __init__(
-        self, source: FlightPlotSource, title: str, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE
+        self,
+        source: FlightPlotSource,
+        title: str,
+        *,
+        folder: Path | None = None,
+        glyphs: GlyphSet = UNICODE,
+        at_s: float | None = None,
     ) -> None:
-        """Plot points of `source`, the logs called `title`; views are kept in `folder`."""
+        """Plot points of `source`, the logs called `title`; views are kept in `folder`, the cursor begins at `at_s`."""
         super().__init__(source, folder=folder, glyphs=glyphs)
+        self._cursor_s = at_s
         self.flight = source
         self.plan.window = WHOLE_FLIGHT
         self._title = title

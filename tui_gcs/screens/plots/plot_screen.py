@@ -155,12 +155,13 @@ class PlotScreen(Screen[None]):
 
     def _show_state(self, shown: int) -> None:
         state = "FROZEN: z goes on" if self.is_frozen and self.source.is_live else self.source.kind_words
+        cursor = f"   cursor {self.source.time_words(self._cursor_s)}: x hides it" if self._cursor_s is not None else ""
         hidden = len(self.plan.panes) - shown
         more = f"   {hidden} panes more: up, down" if hidden and not self._is_large else ""
         self.state_line.show(
             (f" window {self.plan.window_words}   ", Ink.TEXT),
             (state, Ink.CAUTION if state.startswith("FROZEN") else Ink.NORMAL),
-            (f"{more}   ", Ink.MUTED),
+            (f"{cursor}{more}   ", Ink.MUTED),
             self._report,
         )
 

@@ -1,6 +1,7 @@
 """The list of recorded flights, what happened in one of them, and the panel below."""
 
 import math
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.judging.flight_timeline import FlightTimeline, TimelineEntry
 from tui_gcs.core.records.event_log import WARNING
 from tui_gcs.core.records.flight_archive import RecordedFlight, utc_time
+from tui_gcs.core.records.onboard_logs import EARLIEST_WALL_S
 from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
@@ -75,10 +77,20 @@ class FlightPanel(LinesView):
     _flight: RecordedFlight | None = None
     _timeline: FlightTimeline | None = None
     _outcome: Sequence[Run] = ()
+    _entry: TimelineEntry | None = None
 
-    def show(self, flight: RecordedFlight | None, timeline: FlightTimeline | None, outcome: Sequence[Run]) -> None:
-        """Show this recording; with its `timeline` the summary of it. `outcome` are lines about the last key."""
-        self._flight, self._timeline, self._outcome = flight, timeline, outcome
+    def show(
+        self,
+        flight: RecordedFlight | None,
+        timeline: FlightTimeline | None,
+        outcome: Sequence[Run],
+        entry: TimelineEntry | None = None,
+    ) -> None:
+        """Show this recording; with its `timeline` the chosen entry whole and the summary.
+
+        `outcome` are lines about the last key.
+        """
+        self._flight, self._timeline, self._outcome, self._entry = flight, timeline, outcome, entry
         set_title(self, clean(flight.path.name, 60) if flight is not None else "no flight")
         self.update_lines()
 
@@ -87,10 +99,19 @@ class FlightPanel(LinesView):
         outcome: list[Line] = [[(part, ink)] for text, ink in self._outcome for part in wrapped(text, width)]
         body: list[Line] = []
         if self._timeline is not None:
-            body = [[(cut(clean(line, 400), width), Ink.TEXT)] for line in self._timeline.summary]
+            whole = entry_words(self._entry) if self._entry is not None else ""
+            body = [[(part, Ink.BOLD)] for part in wrapped(whole, width)] if whole else []
+            body += [[(cut(clean(line, 400), width), Ink.TEXT)] for line in self._timeline.summary]
         elif self._flight is not None:
             body = [[(part, ink)] for text, ink in flight_texts(self._flight) for part in wrapped(text, width)]
         return [*body[: max(0, height - len(outcome))], *outcome]
+
+
+def entry_words(entry: TimelineEntry) -> str:
+    """Return an entry whole, with the time of day, which plots and replay show; none where a log has no such time."""
+    is_known = entry.wall_s >= EARLIEST_WALL_S
+    at = f"{time.strftime('%H:%M:%S', time.gmtime(entry.wall_s))} UTC  " if is_known else ""
+    return f"{at}{clean(entry.source, 60)}: {clean(entry.text, 400)}"
 
 
 def flight_texts(flight: RecordedFlight) -> list[Run]:
@@ -109,7 +130,8 @@ def flight_texts(flight: RecordedFlight) -> list[Run]:
 
 def when_s(flight: RecordedFlight) -> float:
     """When a recording was made: a rehearsal has a simulated clock, so the time of its file counts."""
-    return flight.began_wall_s if flight.source in ("LIVE", "SIM", "file") else flight.changed_wall_s
+    is_of_a_day = flight.source in ("LIVE", "SIM", "file") or flight.is_vehicle_log
+    return flight.began_wall_s if is_of_a_day and math.isfinite(flight.began_wall_s) else flight.changed_wall_s
 
 
 def remark(flight: RecordedFlight) -> str:
