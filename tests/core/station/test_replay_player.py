@@ -11,8 +11,10 @@ from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.inspection import GetMessages, GetValues, ValueKey
+from tui_gcs.core.protocol.planner_log import PLANNER_LOG_END, GetPlannerLog, PlannerLogLevel
 from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct
 from tui_gcs.core.protocol.services import ServiceReply
+from tui_gcs.core.records.planner_log import PlannerLog, log_files
 from tui_gcs.core.records.tlog_reader import TlogError
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.station.replay_player import Player
@@ -184,6 +186,39 @@ def test_a_recorded_loss_is_an_alarm_that_neither_flashes_nor_rings(tmp_path: Pa
     reported = [event.text for event in console.events if event.cls is m.EventClass.ALARM]
     assert "LOST in the air: vehicle 7" in reported
     assert "over: LOST in the air: vehicle 7" in reported
+
+
+def planner_texts(console: Console, at: int = PLANNER_LOG_END, *, newer: bool = False) -> tuple[list[str], int]:
+    """What planners had logged until the moment that is shown, and the place after it."""
+    piece = inspected(console, GetPlannerLog(at, newer)).planner_log
+    assert piece is not None
+    return [line.text for line in piece.lines], piece.end
+
+
+def test_what_planners_logged_is_shown_up_to_the_moment_that_is_played(tmp_path: Path) -> None:
+    path = heartbeats(tmp_path / "flight.tlog", [0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+    now_s = START_S
+    log = PlannerLog(log_files(path)[0], lambda: now_s)
+    for second in range(5):
+        now_s = START_S + second + 0.5
+        log.write("red", "patrol", PlannerLogLevel.STDOUT, f"at {second}.5 s")
+    log.close()
+    console = Console(path)
+    console.run(2.2)
+    texts, place = planner_texts(console)
+    assert texts == ["at 0.5 s", "at 1.5 s"]
+    console.run(1.0)
+    assert planner_texts(console, place, newer=True)[0] == ["at 2.5 s"]
+    console.ask(ControlReplay(ReplayAct.GO_TO, 1.0))
+    console.run(0.1)
+    assert planner_texts(console)[0] == ["at 0.5 s"]
+    texts, end = planner_texts(console, place, newer=True)
+    assert texts == [] and end < place, "so a console knows that what it holds was not written yet"
+
+
+def test_a_recording_without_a_planner_log_says_so(tmp_path: Path) -> None:
+    reply = inspected(Console(heartbeats(tmp_path / "flight.tlog", [0.0, 1.0])), GetPlannerLog())
+    assert not reply.ok and reply.text == "no planner log lies beside this recording"
 
 
 def inspected(console: Console, request: m.Request) -> ServiceReply:

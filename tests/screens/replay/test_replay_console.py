@@ -14,6 +14,9 @@ from tui_gcs.console.parts import ConsoleOptions
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import RunKind
+from tui_gcs.core.protocol.planner_log import PlannerLogLevel
+from tui_gcs.core.records.planner_log import PlannerLog, log_files
+from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.station.replay_player import Player
 from tui_gcs.widgets.basics.glyphs import UNICODE
 
@@ -67,9 +70,9 @@ class Replay:
 
 
 @asynccontextmanager
-async def replay(size: tuple[int, int] = WIDE) -> AsyncIterator[Replay]:
+async def replay(size: tuple[int, int] = WIDE, log: Path = LOG) -> AsyncIterator[Replay]:
     bus, clock = MemoryBus(), VirtualClock()
-    player = Player(LOG, 1.0, bus, clock)
+    player = Player(log, 1.0, bus, clock)
     app = ReplayApp(bus, "console-test", RunKind.REPLAY, ConsoleOptions(glyphs=UNICODE, replay=True), clock=clock)
     async with app.run_test(size=size):
         attached = Replay(app, QuietPilot(app), player, clock)
@@ -171,3 +174,22 @@ async def test_plots_of_a_replay_are_not_called_live() -> None:
         r.app.screen.show_all()  # type: ignore[attr-defined]
         await r.settle()
         assert "replay, paused" in r.text()
+
+
+async def test_the_planner_log_follows_the_moment_also_back(tmp_path: Path) -> None:
+    path = tmp_path / "flight.tlog"
+    path.write_bytes(LOG.read_bytes())
+    begin_s, _ = next(iter(read_tlog(path)))
+    now_s = begin_s
+    log = PlannerLog(log_files(path)[0], lambda: now_s)
+    for at_s in (10.0, 20.0, 30.0):
+        now_s = begin_s + at_s
+        log.write("red", "patrol", PlannerLogLevel.STDOUT, f"planned at {at_s:.0f} s")
+    log.close()
+    async with replay(log=path) as r:
+        await r.press("space", "G", "2", "5", "enter", "S", "n")
+        assert "planned at 20 s" in r.text() and "planned at 30 s" not in r.text()
+        await r.press("comma")
+        r.app.screen.look()  # type: ignore[attr-defined]
+        await r.settle()
+        assert "planned at 10 s" in r.text() and "planned at 20 s" not in r.text()

@@ -4,12 +4,21 @@ A line has five fields between tabs: UTC time, team, planner, level, text. Texts
 line break. When the file is full it becomes `….log.1`, and the one that had this name before is removed.
 """
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.protocol.planner_log import PLANNER_LOG_END, PlannerLogLevel, PlannerLogLine, PlannerLogPiece
+from tui_gcs.core.protocol.planner_log import (
+    PLANNER_LOG_END,
+    GetPlannerLog,
+    PlannerLogLevel,
+    PlannerLogLine,
+    PlannerLogPiece,
+)
 from tui_gcs.core.records.appender import FileAppender
 
 MAX_FILE_BYTES = 5_000_000
@@ -118,6 +127,48 @@ class PlannerLog:
             self._base += dropped
             self._size = 0
         self._file = FileAppender(self.path)
+
+
+class RecordedPlannerLog:
+    """Reads the planner log that a flight left, as far as it was written at a time of that flight. Never raises."""
+
+    def __init__(self, flight: Path) -> None:
+        """Read beside the telemetry log `flight`; the files are read with the first question."""
+        self._files = log_files(flight)
+        self._lines: list[PlannerLogLine] = []
+        self._ends = [0]
+        """The place after each line; the first is where the log begins."""
+        self._is_read = False
+
+    def piece(self, request: GetPlannerLog, until_wall_s: float) -> PlannerLogPiece | None:
+        """Return the lines asked for among those written until then; None if the flight left no log."""
+        self._read()
+        if not self._lines:
+            return None
+        top = bisect_right(self._lines, until_wall_s, key=lambda line: line.wall_s)
+        asked = top if request.at == PLANNER_LOG_END else min(bisect_left(self._ends, request.at), top)
+        if request.newer:
+            first, last = asked, max(asked, min(top, bisect_right(self._ends, self._ends[asked] + PIECE_BYTES) - 1))
+        else:
+            first, last = bisect_left(self._ends, self._ends[asked] - PIECE_BYTES), asked
+        places = self._ends[first], self._ends[last]
+        return PlannerLogPiece(tuple(self._lines[first:last]), *places, first == 0, 0, str(self._files[0]))
+
+    def _read(self) -> None:
+        if self._is_read:
+            return
+        self._is_read = True
+        newest, earlier = self._files
+        for path in (earlier, newest):
+            for raw in _bytes_of(path, 0, MAX_FILE_BYTES).split(b"\n"):
+                if (line := _parsed(raw)) is not None:
+                    self._lines.append(line)
+                    self._ends.append(self._ends[-1] + len(raw) + 1)
+        # A clock that was set back while recording: lines stay in the order in which they came.
+        for at in range(1, len(self._lines)):
+            before_s = self._lines[at - 1].wall_s
+            if self._lines[at].wall_s < before_s:
+                self._lines[at] = replace(self._lines[at], wall_s=before_s)
 
 
 def _parsed(raw: bytes) -> PlannerLogLine | None:

@@ -35,8 +35,11 @@ from tui_gcs.core.protocol.common import (
     StationStatus,
 )
 from tui_gcs.core.protocol.inspection import GetMessages, GetValues
+from tui_gcs.core.protocol.planner_log import GetPlannerLog
 from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct, ReplayStatus
+from tui_gcs.core.protocol.services import ServiceReply
 from tui_gcs.core.records.event_log import CRITICAL, INFO, MAX_EVENTS, WARNING
+from tui_gcs.core.records.planner_log import RecordedPlannerLog
 from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 from tui_gcs.core.scenario.model import Limits, LinkLoss, ResultLimits, Scenario
 from tui_gcs.core.station.fleet_frame import fleet_frame
@@ -57,7 +60,9 @@ SAME_EVENT_S = 0.5
 """Events that are this close together are one, where an operator goes from event to event."""
 _GLOBAL_POSITION_INT = 33
 _OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
-_decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(m.AnyRequest | ControlReplay | GetMessages | GetValues)
+_decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(
+    m.AnyRequest | ControlReplay | GetMessages | GetValues | GetPlannerLog
+)
 _WORDS = {ReplayAct.NEXT_EVENT: "the next event", ReplayAct.NEXT_ALARM: "the next alarm"}
 
 
@@ -92,6 +97,7 @@ class Player:
         origin = _first_place(path)
         self._scenario = _bare_scenario(self.name, origin)
         self._flight = ReplayedFlight(Path(path), self.name, origin)
+        self._planner_log = RecordedPlannerLog(Path(path))
         self._twins = [self._flight.twin()]
         """Copies of the flight in the order of their times; the first one is its beginning."""
         self._twin_gap_s = TWIN_GAP_S
@@ -305,6 +311,8 @@ class Player:
         if isinstance(request, GetMessages | GetValues):
             received = ReceivedMessages(self._flight.fleet, self._flight.clock, _no_parameter)
             return received.messages(request) if isinstance(request, GetMessages) else received.values(request)
+        if isinstance(request, GetPlannerLog):
+            return self._planner_log_piece(request)
         if not isinstance(request, _OBSERVE):
             return Reply(ok=False, text="this is a recording: nothing can be commanded")
         if isinstance(request, m.GetScenario):
@@ -314,6 +322,12 @@ class Player:
         if isinstance(request, m.GetTask):
             return Reply(ok=False, text="a recording has no teams")
         return Reply(ok=True)
+
+    def _planner_log_piece(self, request: GetPlannerLog) -> ServiceReply:
+        piece = self._planner_log.piece(request, self._flight.clock.wall())
+        if piece is None:
+            return ServiceReply(ok=False, text="no planner log lies beside this recording")
+        return ServiceReply(ok=True, planner_log=piece)
 
 
 def _no_parameter(_vehicle: Vehicle, _name: str) -> None:

@@ -46,11 +46,16 @@ class PlannerLogWatch:
         """Ask for what is new; for the newest piece if nothing is held."""
         if not self._is_newest:
             return
-        known = self.problem, self.left_out, len(self._pieces)
+        known: object = self.problem, self.left_out, len(self._pieces)
         for _ in range(MAX_PIECES_PER_LOOK):
             is_first = not self._pieces
             request = GetPlannerLog() if is_first else GetPlannerLog(self._pieces[-1].end, newer=True)
             piece = await self._ask(request)
+            if piece is not None and not is_first and piece.end < request.at:
+                # A replay went back, or the station began anew: what is held lies beyond the end of the log.
+                self.forget()
+                known = None
+                continue
             if piece is None or (not is_first and not piece.lines):
                 break
             self._pieces.append(piece)
