@@ -60,6 +60,7 @@ from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.map.base_map_layer import BaseMapTiles
 
 if TYPE_CHECKING:
+    from tui_gcs.actions.palette.own_commands import OwnCommands
     from tui_gcs.screens.common.point_prompt import PointPrompt
     from tui_gcs.screens.plan.plan_screen import PlanScreen
 
@@ -92,6 +93,7 @@ class ConsoleApp(TerminalApp):
         """Show a station of this kind, asking as `principal`; empty for a name with this process's number."""
         super().__init__()
         self.options = options = options or ConsoleOptions()
+        self.own_commands = options.own_commands
         self._base_map = BaseMapTiles(options.base_map) if options.base_map is not None else None
         if options.theme:
             self.display_theme = options.theme
@@ -252,7 +254,8 @@ class ConsoleApp(TerminalApp):
     def _settings_screen(self) -> Screen[None]:
         from tui_gcs.screens.settings.settings_screen import SettingsScreen
 
-        return SettingsScreen(self.feed, self.options.settings, self._use_setting, glyphs=self.glyphs)
+        use = (self._use_setting, self._use_commands)
+        return SettingsScreen(self.feed, self.options.settings, *use, glyphs=self.glyphs)
 
     def _use_setting(self, key: str, value: str) -> None:
         """Take a setting that counts at once; "" is its default."""
@@ -261,6 +264,10 @@ class ConsoleApp(TerminalApp):
             self.display_theme = names[THEMES.index(value)] if value else names[0]
         elif key == "operator":
             self.operator.name = value
+
+    def _use_commands(self, commands: "OwnCommands") -> None:
+        """Take the operator's own commands, which were changed."""
+        self.own_commands = commands
 
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""
@@ -379,7 +386,7 @@ class ConsoleApp(TerminalApp):
         parts = CommandLineParts(
             self._entries, self._show, self._entry.choose, self.commands.order, self._run_chosen, self.notice
         )
-        await CommandLine(self.options.own_commands, parts).run(line)
+        await CommandLine(self.own_commands, parts).run(line)
 
     def action_show_menu(self) -> None:
         """Show the menu of the screens that have no key of their own."""
@@ -409,7 +416,7 @@ class ConsoleApp(TerminalApp):
         """Find an action by name, and do it."""
         from tui_gcs.screens.common.palette_dialog import PaletteDialog  # when first shown
 
-        self.push_screen(PaletteDialog(self._entries(), self.glyphs, self.options.own_commands), self._run_chosen)
+        self.push_screen(PaletteDialog(self._entries(), self.glyphs, self.own_commands), self._run_chosen)
 
     def _own_actions(self) -> tuple[ConsoleAction, ...]:
         actions: tuple[ConsoleAction, ...] = getattr(self.screen, "ACTIONS", ())

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.client.settings_file import change, changed, shown_value, typed_value
+from tui_gcs.client.settings_file import change, change_command, changed, changed_command, shown_value, typed_value
 from tui_gcs.client.user_settings import SETTINGS, SettingsError, parsed
 
 FILE = """\
@@ -48,6 +48,38 @@ def test_a_file_without_keys_of_its_own_gets_the_first_one(text: str, end: str) 
     assert tomllib.loads(new) == {**tomllib.loads(text), "theme": "day"}
     assert text.strip() in new and ("\n" in new.replace("\r\n", "")) == ("\r\n" not in text)
     assert tomllib.loads(changed(new, "theme", None)) == tomllib.loads(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "old", "new"),
+    [
+        ("low", "altitude 20", 'low = "altitude"\n', 'low = "altitude 20"\n'),
+        ("back", "select all; return", 'low = "altitude"\n', 'low = "altitude"\nback = "select all; return"\n'),
+        ("low", None, 'low = "altitude"\n', ""),
+        ("back", None, "", ""),
+    ],
+)
+def test_of_own_commands_one_is_changed(name: str, words: str | None, old: str, new: str) -> None:
+    assert changed_command(FILE, name, words) == FILE.replace(old, new)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("text", ["", "\n", "# only a comment", 'theme = "day"\n', 'theme = "day"\n\n[commands]\n'])
+def test_a_file_without_own_commands_gets_the_first_one(text: str, end: str) -> None:
+    text = text.replace("\n", end)
+    new = changed_command(text, "low", 'say "\\" = x')
+    assert tomllib.loads(new) == {**tomllib.loads(text), "commands": {"low": 'say "\\" = x'}}
+    assert text.strip() in new
+    assert tomllib.loads(changed_command(new, "low", None))["commands"] == {}
+
+
+@pytest.mark.parametrize("text", ['commands = {low = "altitude"}\n', 'commands.low = "altitude"\n'])
+def test_own_commands_in_another_form_are_left_to_an_editor(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "config.toml"
+    path.write_text(text)
+    with pytest.raises(SettingsError, match="edit it in the file"):
+        change_command(path, "back", "return")
+    assert path.read_text() == text
 
 
 def test_a_file_is_made_with_its_folder_for_its_owner_alone(tmp_path: Path) -> None:

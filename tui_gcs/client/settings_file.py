@@ -5,6 +5,7 @@ command. The file is replaced in one step; where it is a link, the file behind i
 """
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,8 @@ from tui_gcs.core.base.file_replacement import replace_file
 if TYPE_CHECKING:
     from tui_gcs.core.scenario.toml_text import TomlText
 
+COMMANDS = "commands"
+"""The table of the operator's own commands."""
 NEW_MODE = 0o600
 """Permissions of a new file: it may name radios and places."""
 
@@ -26,10 +29,27 @@ def change(path: Path, key: str, value: Any | None) -> None:
     """
     if value is not None and (problem := problem_of(key, value) or content_problem(key, value, path.parent)):
         raise SettingsError(problem)
+    _rewrite(path, lambda text: changed(text, key, value))
+
+
+def change_command(path: Path, name: str, words: str | None) -> None:
+    """Write one of the operator's own commands into the table `[commands]`, or with None remove it.
+
+    `name` is one as `OwnCommands` takes it.
+
+    Raises:
+        SettingsError: the file holds a mistake, has the table in another form, or cannot be written; nothing was
+            changed.
+    """
+    _rewrite(path, lambda text: changed_command(text, name, words))
+
+
+def _rewrite(path: Path, edit: Callable[[str], str]) -> None:
+    """Replace the text of the file by what `edit` makes of it, if that can be read again. Raises `SettingsError`."""
     exists = os.path.exists(path)  # noqa: PTH110, for Path.exists raises where a name is too long
     old = text_of(path) if exists else ""
     parsed(old, path)  # a mistake in it is named before it is touched
-    new = changed(old, key, value)
+    new = edit(old)
     parsed(new, path)
     if new != old:
         _replace(path, new, exists=exists)
@@ -52,6 +72,33 @@ def changed(text: str, key: str, value: Any | None) -> str:
         return edited.text
     except ScenarioError:
         raise SettingsError(f"{key}: is written in a way that is not changed here: edit it in the file") from None
+
+
+def changed_command(text: str, name: str, words: str | None) -> str:
+    """Return the text with other words for an own command, or without it. Raises `SettingsError`."""
+    from tui_gcs.core.scenario.load import ScenarioError
+    from tui_gcs.core.scenario.toml_text import TomlText
+
+    values = {} if words is None else {name: words}
+    try:
+        edited = TomlText(text)
+        if COMMANDS in edited.data:
+            if not edited.has_header(COMMANDS):
+                raise SettingsError(f"{COMMANDS}: is written in a way that is not changed here: edit it in the file")
+            edited.apply(COMMANDS, values, owned=(name,))
+        elif values and text.strip():
+            edited.insert_table(edited.last_written_line(), f"[{COMMANDS}]", values)
+        elif values:
+            return f"{text}{_new_table(values)}"
+        return edited.text
+    except ScenarioError:
+        raise SettingsError(f"{name}: is written in a way that is not changed here: edit it in the file") from None
+
+
+def _new_table(values: dict[str, str]) -> str:
+    import tomlkit
+
+    return tomlkit.dumps({COMMANDS: values})
 
 
 def _with_new(edited: "TomlText", text: str, key: str, value: Any) -> str:

@@ -65,7 +65,7 @@ SETTINGS: Mapping[str, Setting] = {
     "autopilot": Setting(str, "of simulated vehicles, as `--autopilot`", STATION, "", ("ardupilot", "px4", "mixed")),
     "no_color": Setting(bool, "without colours, as `--no-color`", COMMAND, "NO_COLOR"),
     "quiet": Setting(bool, "no progress and remarks, as `--quiet`", COMMAND, "TUI_GCS_QUIET"),
-    "commands": Setting(dict, "table of your own commands after `:` in a console", CONSOLE),
+    "commands": Setting(dict, "table of your own commands after `:` in a console", NOW),
 }
 """Every key. What gives rights to others, overrides a check, or makes vehicles SIM is not among them: that is typed."""
 PATHS = ("dialect", "planner", "overlay", "keymap", "terrain", "base_map")

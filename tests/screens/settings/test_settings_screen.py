@@ -68,6 +68,10 @@ async def test_pictures(size: tuple[int, int], tmp_path: Path, monkeypatch: pyte
         await opened(c, "link")
         await c.press("enter")
         assert same_as_snapshot(f"settings-typed-{size[0]}x{size[1]}", c.text())
+        await c.press("escape")
+        await opened(c, ":low")
+        await c.press("enter")
+        assert same_as_snapshot(f"settings-command-{size[0]}x{size[1]}", c.text())
 
 
 async def test_each_setting_says_where_its_value_comes_from(tmp_path: Path) -> None:
@@ -160,16 +164,83 @@ async def test_escape_leaves_a_value_as_it_is(tmp_path: Path) -> None:
         assert "left as it is" not in panel(c)
 
 
-async def test_a_table_and_what_is_not_there_are_not_changed_here(tmp_path: Path) -> None:
+async def test_what_is_not_in_the_file_is_not_removed(tmp_path: Path) -> None:
     path = tmp_path / "config.toml"
     async with console(settings=started(path)) as c:
-        await opened(c, "commands")
-        for key in ("enter", "delete"):
-            await c.press(key)
-            assert "a table is edited in the file: [commands] in " in panel(c)
         await opened(c, "terrain")
         await c.press("delete")
         assert "terrain is not in the file" in panel(c) and path.read_text() == FILE
+        await opened(c, "commands")
+        await c.press("delete")
+        assert "choose one of the commands below this line" in panel(c) and path.read_text() == FILE
+
+
+async def test_an_own_command_is_added_and_can_be_typed_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "config.toml"
+    async with console(settings=started(path), own_commands={"low": "altitude"}) as c:
+        await opened(c, "commands")
+        await c.press("enter", *"seen = show vehicles", "enter")
+        assert ":seen = show vehicles is written; it counts: at once" in panel(c)
+        assert path.read_text() == FILE + 'seen = "show vehicles"\n'
+        assert [row.setting for row in c.app.screen.setting_list.rows][-2:] == [":low", ":seen"]
+        assert not any(row.waits for row in c.app.screen.setting_list.rows if row.setting[0] in ":c")
+        await c.press(":", *"seen", "enter")
+        assert c.app.current_mode == "vehicles"
+
+
+async def test_an_own_command_is_changed_and_removed_on_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "config.toml"
+    async with console(settings=started(path), own_commands={"low": "altitude"}) as c:
+        await opened(c, ":low")
+        assert chosen(c) == ("altitude", "file") and "what is typed instead of :low" in panel(c)
+        await c.press("enter", *["backspace"] * 20, *"altitude 20", "enter")
+        assert path.read_text() == FILE.replace('"altitude"', '"altitude 20"')
+        assert chosen(c) == ("altitude 20", "file")
+        await c.press("enter", "escape")
+        assert ":low: left as it is" in panel(c)
+        await c.press("delete")
+        assert ":low is removed from the file; it counts: at once" in panel(c)
+        assert path.read_text() == FILE.replace('low = "altitude"\n', "")
+        assert c.app.own_commands.words == {}
+
+
+@pytest.mark.parametrize(
+    ("typed", "says"),
+    [
+        ("low", "type a name, = and words"),
+        ("= altitude", "type a name, = and words"),
+        ("low = return", "there is :low already"),
+        ("hold = return", "'hold': there is such a command already"),
+        ("Far = return", "a name has small letters"),
+        ("x1 = far away", "'far away' is not the name of an action"),
+        ("x1 = x1", "goes in a circle"),
+        ("x1 = return; hold", "must be the last step"),
+    ],
+)
+async def test_a_command_that_means_nothing_is_not_written(tmp_path: Path, typed: str, says: str) -> None:
+    path = tmp_path / "config.toml"
+    async with console(settings=started(path), own_commands={"low": "altitude"}) as c:
+        await opened(c, "commands")
+        await c.press("enter", *typed, "enter")
+        assert "NOT WRITTEN" in panel(c) and says in panel(c)
+        assert path.read_text() == FILE and c.app.own_commands.words == {"low": "altitude"}
+
+
+async def test_a_command_that_another_one_uses_is_not_removed(tmp_path: Path) -> None:
+    path = tmp_path / "config.toml"
+    text = f'{FILE}lower = "low 5"\n'
+    async with console(settings=started(path, text)) as c:
+        await opened(c, ":low")
+        await c.press("delete")
+        assert "NOT WRITTEN: 'lower': 'low 5' is not the name" in panel(c) and path.read_text() == text
+
+
+async def test_a_command_that_an_editor_wrote_counts_for_the_next_console(tmp_path: Path) -> None:
+    path = tmp_path / "config.toml"
+    async with console(settings=started(path)) as c:
+        path.write_text(f'{FILE}back = "select all; return"\n')
+        await opened(c, ":back")
+        assert "the file says 'select all; return': that counts for the next console" in panel(c)
 
 
 async def test_a_file_that_was_spoilt_meanwhile_is_shown_and_not_touched(tmp_path: Path) -> None:

@@ -104,6 +104,9 @@ def _allowed(key: str, setting: Setting) -> str:
         return ", ".join(setting.choices)
     if key == "operator_at":
         return "latitude and longitude in degrees"
-    return {bool: "yes or no", float: "a number", list: "texts, with ; between them", dict: "a table"}.get(
-        setting.kind, "a text"
-    )
+    return {
+        bool: "yes or no",
+        float: "a number",
+        list: "texts, with ; between them",
+        dict: "Enter adds one: low = select t1; altitude",
+    }.get(setting.kind, "a text")

@@ -9,13 +9,15 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
+from tui_gcs.actions.palette.own_commands import OwnCommands
 from tui_gcs.actions.settings_actions import SETTINGS_ACTIONS
-from tui_gcs.client.settings_file import change, shown_value, typed_value
+from tui_gcs.client.settings_file import COMMANDS, change, shown_value, typed_value
 from tui_gcs.client.user_settings import NOW, SETTINGS, SettingsError, SettingsInUse
 from tui_gcs.core.base.text import clean
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.common.list_screen import ListScreen
 from tui_gcs.screens.common.row_copies import below_report
+from tui_gcs.screens.settings.command_rows import MARK, command_rows, write_command
 from tui_gcs.screens.settings.setting_rows import read_file, setting_rows
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
@@ -28,6 +30,7 @@ from tui_gcs.widgets.forms.prompt_bar import PromptBar
 from tui_gcs.widgets.settings.setting_list import SettingList, SettingPanel
 
 MAX_REPORT = 400
+CHOOSE_COMMAND = "choose one of the commands below this line"
 
 
 class SettingsScreen(ListScreen):
@@ -42,14 +45,21 @@ class SettingsScreen(ListScreen):
         feed: Feed,
         settings: SettingsInUse,
         use: Callable[[str, str], None] = lambda key, value: None,
+        use_commands: Callable[[OwnCommands], None] = lambda commands: None,
         *,
         glyphs: GlyphSet = UNICODE,
     ) -> None:
-        """Show `settings`; `use` takes a new value of a setting that counts at once, "" for its default."""
+        """Show `settings`; `use` takes a new value of a setting that counts at once, "" for its default.
+
+        `use_commands` takes the operator's own commands whenever one was changed.
+        """
         super().__init__(feed)
         self._glyphs = glyphs
         self._settings = settings
         self._use = use
+        self._use_commands = use_commands
+        self._commands: OwnCommands | None = None
+        """The own commands in use, since one was changed here."""
         self._used: dict[str, str] = {}
         """Values that have counted at once since this console was started."""
         self._in_file: dict[str, Any] = {}
@@ -84,7 +94,9 @@ class SettingsScreen(ListScreen):
     @on(events.Resize)
     def show_all(self) -> None:
         """Show all settings; the same stays chosen."""
+        used = self._commands.words if self._commands is not None else None
         rows = setting_rows(self._settings, self._in_file, self._used)
+        rows += command_rows(self._settings, self._in_file, used)
         self.setting_list.show_kept(rows, lambda row: row.setting)
         self.show_chosen()
 
@@ -118,10 +130,15 @@ class SettingsScreen(ListScreen):
         path = self._file()
         if row is None or path is None:
             return
+        if row.setting.startswith(MARK):
+            self._asked = row.setting
+            self.value_bar.ask(f"{row.setting} =", row.in_file)
+            return
         key, setting = row.setting, SETTINGS[row.setting]
         present = self._in_file.get(key)
         if setting.kind is dict:
-            self._say(f"a table is edited in the file: [{key}] in {path}", Ink.CAUTION)
+            self._asked = key
+            self.value_bar.ask("new command: name = words", "")
         elif setting.kind is bool:
             self._write(path, key, not present)
         elif setting.choices:
@@ -145,6 +162,10 @@ class SettingsScreen(ListScreen):
             self._say(f"{key}: left as it is")
         elif not message.text.strip():
             self._say(f"{key}: nothing was typed, left as it is; Del removes it", Ink.CAUTION)
+        elif key == COMMANDS:
+            self._add_command(path, message.text)
+        elif key.startswith(MARK):
+            self._write_command(path, key.removeprefix(MARK), message.text.strip())
         else:
             try:
                 self._write(path, key, typed_value(key, message.text))
@@ -157,10 +178,12 @@ class SettingsScreen(ListScreen):
         path = self._file()
         if row is None or path is None:
             return
-        if row.setting not in self._in_file:
+        if row.setting.startswith(MARK):
+            self._write_command(path, row.setting.removeprefix(MARK), None)
+        elif row.setting == COMMANDS:
+            self._say(CHOOSE_COMMAND, Ink.CAUTION)
+        elif row.setting not in self._in_file:
             self._say(f"{row.setting} is not in the file", Ink.CAUTION)
-        elif SETTINGS[row.setting].kind is dict:
-            self._say(f"a table is edited in the file: [{row.setting}] in {path}", Ink.CAUTION)
         else:
             self._write(path, row.setting, None)
 
@@ -189,3 +212,27 @@ class SettingsScreen(ListScreen):
         done = f"{key} = {text} is written" if value is not None else f"{key} is removed from the file"
         self.look()
         self._say(f"{done}; it counts: {SETTINGS[key].counts}", Ink.NORMAL)
+
+    def _add_command(self, path: Path, typed: str) -> None:
+        """Write the command that was typed as `name = words`."""
+        name, equals, words = (part.strip() for part in typed.partition("="))
+        if not (name and equals and words):
+            self._say("NOT WRITTEN: type a name, = and words: low = select t1; altitude", Ink.CAUTION)
+            return
+        if name in self._in_file.get(COMMANDS, {}):
+            self._say(f"NOT WRITTEN: there is :{name} already: choose its line to change it", Ink.CAUTION)
+            return
+        self._write_command(path, name, words)
+
+    def _write_command(self, path: Path, name: str, words: str | None) -> None:
+        """Write an own command, or with None remove it; it counts at once."""
+        try:
+            self._commands = write_command(path, name, words)
+        except SettingsError as error:
+            self._say(f"NOT WRITTEN: {error}", Ink.CAUTION)
+            return
+        self._use_commands(self._commands)
+        self._used[COMMANDS] = shown_value(COMMANDS, self._commands.words)
+        self.look()
+        done = f":{name} = {words} is written" if words is not None else f":{name} is removed from the file"
+        self._say(f"{done}; it counts: {NOW}", Ink.NORMAL)

@@ -50,7 +50,7 @@ class SettingList(RowsView[SettingRow]):
         """Return one setting as a line."""
         mark = "*" if row.waits else " "
         value = cut(row.value or "-", self._value_cells(width))
-        text = f" {mark}{row.setting:<{KEY_CELLS}} {value} {row.origin:<{ORIGIN_CELLS}} {row.counts}"
+        text = f" {mark}{cut(row.setting, KEY_CELLS)} {value} {row.origin:<{ORIGIN_CELLS}} {row.counts}"
         if is_chosen:
             return [(cut(text, width), Ink.SELECTED)]
         ink = Ink.CAUTION if row.waits else Ink.MUTED if row.origin == "default" else Ink.TEXT
