@@ -64,7 +64,7 @@ async def test_a_key_that_means_something_else_on_a_screen_is_not_offered_there(
     async with console(NARROW, trouble) as c:
         await c.press("p")  # where a applies the plan
         assert "LOST in the air: vehicle 5" in c.line(1)
-        assert c.line(1).endswith("2 al  A list")
+        assert c.line(1).endswith("2 al  f a ack")
 
 
 async def test_an_alarm_that_is_over_before_it_was_seen_is_marked_over() -> None:

@@ -53,6 +53,20 @@ def clock(seconds: float) -> str:
     return f"T+{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"T+{minutes:02d}:{whole % 60:02d}"
 
 
+def age_words(seconds: float) -> str:
+    """An age for a narrow column: `57` seconds, from two minutes on `12m`, from two hours on `3h`.
+
+    It is empty below a second and where it is not known, and `never` where nothing was heard.
+    """
+    if math.isnan(seconds) or seconds < 1.0:
+        return ""
+    if math.isinf(seconds):
+        return "never"
+    if seconds < 120.0:
+        return f"{seconds:.0f}"
+    return f"{seconds // 60:.0f}m" if seconds < 7200.0 else f"{seconds // 3600:.0f}h"
+
+
 def slot_words(slot: str, label: str = "slot ") -> str:
     """The place that a vehicle keeps: one of its planner, behind `label`, or beside the one that it follows."""
     # `>12`: a vehicle that is flown by hand beside vehicle 12.

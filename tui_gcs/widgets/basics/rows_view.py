@@ -10,6 +10,7 @@ from tui_gcs.widgets.basics.border_titles import show_beyond
 from tui_gcs.widgets.basics.copied_rows import Record, record_of
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import wrapped
 
 T = TypeVar("T")
 
@@ -79,7 +80,7 @@ class RowsView(LinesView, Generic[T]):
         """See `LinesView.lines`."""
         if not self.rows:
             show_beyond(self, 0, 0)
-            return [[(self.empty_text, Ink.MUTED)]]
+            return [[(line, Ink.MUTED)] for line in wrapped(self.empty_text, width)]
         header = self.header(width)
         room = max(1, height - (header is not None))
         highest = max(0, len(self.rows) - room)

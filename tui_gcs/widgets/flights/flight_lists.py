@@ -35,7 +35,7 @@ class FlightList(RowsView[RecordedFlight]):
     def header(self, width: int) -> Line:
         """Return the column titles."""
         head = f"  {'WHEN (UTC)':<16} {'OF':<{SOURCE_CELLS}} {'LENGTH':>7} {'SIZE':>6} {'VEHICLES':<{IDS_CELLS}}"
-        return [(f"{head} SCENARIO, RESULT, WORST ALARM", Ink.MUTED)]
+        return [(f"{head} SCENARIO RESULT ALARM", Ink.MUTED)]
 
     def row_line(self, row: RecordedFlight, width: int, *, is_chosen: bool) -> Line:
         """Return a recording as a line."""

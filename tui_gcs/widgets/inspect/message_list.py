@@ -6,6 +6,7 @@ from tui_gcs.core.protocol.inspection import MessageRow
 from tui_gcs.feed.message_inspection import InspectedMessage
 from tui_gcs.widgets.basics.border_titles import framed
 from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.number_text import age_words
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.strips import cut
@@ -55,10 +56,3 @@ def rate_words(hz: float) -> str:
     if math.isnan(hz):
         return "--"
     return f"{hz:.0f}" if hz >= 9.5 else f"{hz:.1f}" if hz > 0 else "0"
-
-
-def age_words(seconds: float) -> str:
-    """Return an age; "" below a second, as everywhere."""
-    if seconds < 1.0:
-        return ""
-    return f"{seconds:.0f}" if seconds < 1000 else f"{seconds / 60:.0f}m" if seconds < 36_000 else ">9h"

@@ -6,6 +6,7 @@ from tui_gcs.core.protocol.link_report import PartnerRow, PathRow
 from tui_gcs.feed.link_watch import OLD_S, WatchedLink
 from tui_gcs.widgets.basics.border_titles import framed
 from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.number_text import age_words
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.strips import cut
@@ -49,7 +50,7 @@ class PathList(RowsView[PathRow]):
     def header(self, width: int) -> Line:
         """Return the column titles."""
         numbers = f"{'LOSS %':>6} {'UP %':>5} {'RTT MS':>6} {'AGE':>5} {'DUP':>5}"
-        return [(f"  {'VEH':>4} {'USE':<4} {numbers} {'SIGNING':<20} LINK", Ink.MUTED)]
+        return [(f"  {'VEH':>4} {'USE':<4} {numbers} {'SIGNING':<12} LINK", Ink.MUTED)]
 
     def row_line(self, row: PathRow, width: int, *, is_chosen: bool) -> Line:
         """Return a path as a line; one that loses much, is silent or not accepted has a mark."""
@@ -58,7 +59,7 @@ class PathList(RowsView[PathRow]):
         rtt = "--" if math.isnan(row.rtt_s) else f"{1000 * row.rtt_s:.0f}"
         numbers = f"{row.loss_pct:>6.1f} {up:>5} {rtt:>6} {age_words(row.heard_age_s):>5} {row.duplicates:>5}"
         bad = is_bad(row)
-        text = f" {'!' if bad else ' '}{row.vehicle:>4} {use:<4} {numbers} {cut(row.signing, 20)} {row.link}"
+        text = f" {'!' if bad else ' '}{row.vehicle:>4} {use:<4} {numbers} {cut(row.signing.removeprefix('signed, '), 12)} {row.link}"
         return marked(text, width, is_chosen=is_chosen, is_bad=bad)
 
 
@@ -100,13 +101,6 @@ def is_bad(path: PathRow) -> bool:
 def bytes_words(per_s: float) -> str:
     """Return bytes per second with few digits."""
     return "--" if math.isnan(per_s) else f"{per_s:.0f}" if per_s < 100_000 else f"{per_s / 1000:.0f}k"
-
-
-def age_words(seconds: float) -> str:
-    """Return an age; "" below a second, and `never` where nothing was heard."""
-    if seconds < 1.0:
-        return ""
-    return "never" if math.isinf(seconds) else f"{seconds:.0f}" if seconds < 10_000 else ">2h"
 
 
 def radio_words(link: WatchedLink) -> str:

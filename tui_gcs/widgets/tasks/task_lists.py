@@ -7,6 +7,7 @@ from tui_gcs.core.protocol.people import PersonRow
 from tui_gcs.core.protocol.services import TaskInfo
 from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.number_text import age_words
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.strips import Run, cut, wrapped
@@ -33,7 +34,7 @@ class TaskList(RowsView[TaskInfo]):
         mark = "!" if row.state == "failed" or row.waits else " "
         state = "waits" if row.waits and not row.over else row.state
         text = (
-            f" {mark}{row.number:>4} {row.vehicle:>4} {state:<9} {done_words(row):>5} {time_words(row.age_s):>5}"
+            f" {mark}{row.number:>4} {row.vehicle:>4} {state:<9} {done_words(row):>5} {age_words(row.age_s):>5}"
             f" {cut(row.what, WHAT_CELLS)} {who}"
         )
         if is_chosen:
@@ -56,8 +57,8 @@ class PeopleList(RowsView[PersonRow]):
     def row_line(self, row: PersonRow, width: int, *, is_chosen: bool) -> Line:
         """Return a principal as a line; the holder of control has a mark."""
         name = f"{row.principal} (you)" if row.principal == self.principal else row.principal
-        here = time_words(row.present_s) or "now" if row.is_present else "no"
-        age = time_words(row.last_command_age_s) or "0"
+        here = age_words(row.present_s) or "now" if row.is_present else "no"
+        age = age_words(row.last_command_age_s) or "0"
         ago = "" if math.isnan(row.last_command_age_s) else f"   {age}{'s' if age.isdecimal() else ''} ago"
         control = "holds it" if row.is_in_control else ""
         text = f" {'*' if row.is_in_control else ' '}{cut(name, 28)} {here:>9} {control:<8} {row.last_command}{ago}"
@@ -115,12 +116,3 @@ def person_texts(person: PersonRow) -> list[Run]:
 def done_words(task: TaskInfo) -> str:
     """Return the progress in percent; "" where it is not known."""
     return f"{100 * task.done // task.total}%" if task.total else ""
-
-
-def time_words(seconds: float) -> str:
-    """Return a time in seconds, minutes or hours; "" below a second."""
-    if math.isnan(seconds) or seconds < 1.0:
-        return ""
-    return (
-        f"{seconds:.0f}" if seconds < 1000 else f"{seconds / 60:.0f}m" if seconds < 36_000 else f"{seconds / 3600:.0f}h"
-    )
