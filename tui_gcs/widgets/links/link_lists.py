@@ -11,7 +11,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.strips import cut
 
-LINK_CELLS = 26
+LINK_CELLS, SIGNING_CELLS = 26, 12
 MUCH_LOSS_PCT = 5.0
 """From this loss on a path is marked: set-points and acknowledgements are repeated noticeably often."""
 
@@ -50,7 +50,7 @@ class PathList(RowsView[PathRow]):
     def header(self, width: int) -> Line:
         """Return the column titles."""
         numbers = f"{'LOSS %':>6} {'UP %':>5} {'RTT MS':>6} {'AGE':>5} {'DUP':>5}"
-        return [(f"  {'VEH':>4} {'USE':<4} {numbers} {'SIGNING':<12} LINK", Ink.MUTED)]
+        return [(f"  {'VEH':>4} {'USE':<4} {numbers} {'SIGNING':<{SIGNING_CELLS}} LINK", Ink.MUTED)]
 
     def row_line(self, row: PathRow, width: int, *, is_chosen: bool) -> Line:
         """Return a path as a line; one that loses much, is silent or not accepted has a mark."""
@@ -59,7 +59,8 @@ class PathList(RowsView[PathRow]):
         rtt = "--" if math.isnan(row.rtt_s) else f"{1000 * row.rtt_s:.0f}"
         numbers = f"{row.loss_pct:>6.1f} {up:>5} {rtt:>6} {age_words(row.heard_age_s):>5} {row.duplicates:>5}"
         bad = is_bad(row)
-        text = f" {'!' if bad else ' '}{row.vehicle:>4} {use:<4} {numbers} {cut(row.signing.removeprefix('signed, '), 12)} {row.link}"
+        signing = cut(row.signing.removeprefix("signed, "), SIGNING_CELLS)
+        text = f" {'!' if bad else ' '}{row.vehicle:>4} {use:<4} {numbers} {signing} {row.link}"
         return marked(text, width, is_chosen=is_chosen, is_bad=bad)
 
 
