@@ -46,6 +46,7 @@ ANSWER_GAP_S = 1.0
 """The same refused request is answered at most this often (docs/threats.md B.6-49)."""
 # Message id.
 MISSION_CURRENT = 42
+MISSION_FRAMES = VEHICLE_FRAMES | {MISSION_CURRENT}
 ITEMS = frozenset({"MISSION_ITEM", "MISSION_ITEM_INT"})
 # A program that keeps sending what is refused must not fill the journal.
 EVENT_GAP_S = 1.0
@@ -169,6 +170,7 @@ class Forwarder:
             for partner in port.partners.values()
         ]
         if not targets:
+            self._note_missions(network, raws)
             return
         for raw in raws:
             msgid, system, component = _routing(raw)
@@ -176,7 +178,7 @@ class Forwarder:
             if msgid in KEYS:
                 self.refused["key"] += 1
                 continue
-            if (msgid == MISSION_CURRENT or msgid in VEHICLE_FRAMES) and self._note_mission(network, raw):
+            if msgid in MISSION_FRAMES and self._note_mission(network, raw):
                 continue
             sent = self.forwarded
             for port, partner in targets:
@@ -187,6 +189,16 @@ class Forwarder:
                 self.dropped["for no system at an endpoint"] += 1
         for port, partner in targets:
             port.send_waiting(partner)
+
+    def _note_missions(self, network: str, raws: list[bytes]) -> None:
+        """Note what vehicles send of their missions while nobody hears them, if a mission of a partner is known.
+
+        A vehicle may still be taking it; and when it is replaced meanwhile, it must not be started by who comes back.
+        """
+        if self._relay.is_busy or any(plan.sender is not None for plan in self._plans.values()):
+            for raw in raws:
+                if _routing(raw)[0] in MISSION_FRAMES:
+                    self._note_mission(network, raw)
 
     def _note_mission(self, network: str, raw: bytes) -> bool:
         """Note what an autopilot sent of its mission; whether it belongs to an upload that this station hands over."""

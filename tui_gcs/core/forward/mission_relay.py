@@ -90,6 +90,11 @@ class MissionRelay:
         self._end = end
         self._uploads: dict[int, MissionUpload] = {}
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether an upload is under way."""
+        return bool(self._uploads)
+
     def collected(self, vehicle: Vehicle, message: MavlinkMessage) -> ForeignMission | None:
         """What was collected of the upload to which an item belongs, None if there is no such upload."""
         upload = self._of(vehicle, message)

@@ -128,6 +128,8 @@ def test_a_link_over_which_an_armed_vehicle_is_heard_stays_open(tmp_path: Path) 
         ("replay:flight.tlog", "a recording is no link"),
         ("udpout:example.org:14550", "give the number"),
         ("carrier:\x1b[2J", "cannot be printed"),
+        ("serial:/dev/no-such-device", "no such device. Plug it in"),
+        ("udpout:255.255.255.255:14550", "no way to 255.255.255.255"),
     ],
 )
 def test_what_cannot_be_added_is_refused_in_one_line(tmp_path: Path, link: str, why: str) -> None:
@@ -242,6 +244,12 @@ def test_what_cannot_be_done_again_is_one_line(tmp_path: Path) -> None:
     assert len(texts) == 1 and texts[0].startswith(f"link {ADDED} is not as it was left on the links screen: ")
     assert links_of(other) == {"memory": (True, None)}
     ended(rig)
+
+
+def test_a_device_that_is_away_at_a_restart_is_opened_when_it_comes_back(tmp_path: Path) -> None:
+    (tmp_path / "links.json").write_text('{"added": {"serial:/dev/no-such-device": "serial:/dev/no-such-device"}}')
+    rig, _ = restarted(tmp_path, "run-1")
+    assert "serial:/dev/no-such-device" in links_of(rig) and rig.texts("station") == []
 
 
 @pytest.mark.parametrize("content", [b"{", b"[1]", b"\xff\xfe", b'{"added": 3}'])

@@ -165,6 +165,7 @@ def test_a_closed_partner_is_added_again_with_another_permission(tmp_path: Path)
         ("udpout:127.0.0.1:41001,rate=500", "a partner has network= only"),
         ("udpout:127.0.0.1:41001,secure", "a partner has network= only"),
         ("udpout:255.255.255.255:14550", "no way to 255.255.255.255"),
+        ("serial:/dev/no-such-device", "no such device. Plug it in"),
         ("udpin:192.0.2.1:14550", "is not an address of this machine"),
         ("carrier:\x1b[2J\n", "cannot be printed"),
         ("udpout:127.0.0.1:41001" + "9" * 5000, "too long"),

@@ -17,12 +17,28 @@ def parsed(text: str) -> LinkSpec:
         refuse(clean(str(error), 300))
 
 
-def opened(spec: LinkSpec, parts: StationParts) -> Link:
-    """Open a link. Raises `LinkRefusedError`."""
+def opened(spec: LinkSpec, parts: StationParts, *, must_work: bool) -> Link:
+    """Open a link. With `must_work` it is refused where there is no device or no way to its address just now.
+
+    At the start of a station a link is opened all the same: its device or network may come back.
+
+    Raises:
+        LinkRefusedError: it cannot be opened; one line with what to do.
+    """
     try:
-        return open_link(spec, parts.records.clock)
+        link = open_link(spec, parts.records.clock)
     except LinkError as error:
         refuse(clean(str(error), 300))
+    if not must_work:
+        return link
+    if spec.scheme == "serial":
+        link.receive()  # opens the device
+    trouble = link.error
+    if trouble and spec.scheme in ("serial", "udpout"):
+        link.close()
+        advice = ". Check the address and this machine's network" if spec.scheme == "udpout" else ""
+        refuse(f"{spec.name}: {clean(trouble, 200)}{advice}")
+    return link
 
 
 def check_address(spec: LinkSpec, parts: StationParts) -> None:

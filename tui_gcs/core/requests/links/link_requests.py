@@ -103,11 +103,12 @@ class LinkRequests:
     # ---------------------------------------------------------------- changing
 
     def _add(self, text: str) -> str:
-        spec = self._open_new(text)
+        spec = self._open_new(text, is_new=True)
         kept = keep_added(self._store, lambda store: store.keep_added(spec.name, text))
         return f"link {spec.name} is open{_options(spec)}{kept}"
 
-    def _open_new(self, text: str) -> LinkSpec:
+    def _open_new(self, text: str, *, is_new: bool = False) -> LinkSpec:
+        """Open the link that was typed; a new one is refused where there is no way to it now."""
         links = self._comms.links
         spec = parsed(text)
         held = links.get(spec.name)
@@ -116,7 +117,7 @@ class LinkRequests:
         if len(links) >= MAX_LINKS and held is None:
             refuse(f"there are {MAX_LINKS} links already")
         check_address(spec, self._parts)
-        links[spec.name] = opened(spec, self._parts)
+        links[spec.name] = opened(spec, self._parts, must_work=is_new)
         self._follow(spec)
         return spec
 

@@ -74,23 +74,20 @@ class PartnerRequests:
             report_event(self._parts, f"partner {clean(name, 60)} is not as it was left: {error}")
 
     def _add(self, text: str, takes_commands: bool) -> str:
-        spec = self._open_new(text, takes_commands, must_reach=True)
+        spec = self._open_new(text, takes_commands, is_new=True)
         kept = keep_added(self._store, lambda store: store.keep_partner(spec.name, text, takes_commands=takes_commands))
         judged = "; its commands are judged, and may reach vehicles" if takes_commands else ""
         return f"{spec.name} hears the vehicles{judged}{kept}"
 
-    def _open_new(self, text: str, takes_commands: bool, *, must_reach: bool = False) -> LinkSpec:
-        """Open the endpoint that was typed; with `must_reach` it is refused where there is no way to it now."""
+    def _open_new(self, text: str, takes_commands: bool, *, is_new: bool = False) -> LinkSpec:
+        """Open the endpoint that was typed; a new one is refused where there is no way to it now."""
         spec = parsed(text)
         if spec.secure or spec.high_latency or any(part.strip().startswith("rate=") for part in text.split(",")):
             refuse("rate, secure and highlatency are for links to vehicles: a partner has network= only")
         if sum(not port.is_closed for port in self._forwarder.ports) >= MAX_ENDPOINTS:
             refuse(f"{MAX_ENDPOINTS} partners are open already: close one first")
         check_address(spec, self._parts)
-        link = opened(spec, self._parts)
-        if must_reach and spec.scheme == "udpout" and (trouble := link.error):
-            link.close()
-            refuse(f"{spec.name}: {clean(trouble, 200)}. Check the address and this machine's network")
+        link = opened(spec, self._parts, must_work=is_new)
         try:
             self._forwarder.open(Endpoint(link, takes_commands))
         except LinkError as error:
