@@ -4,6 +4,7 @@ What vehicles send would come back as from another station, or be taken for furt
 whether an address is one of this machine, and sends nothing.
 """
 
+import ipaddress
 import socket
 from collections.abc import Iterable
 
@@ -35,7 +36,15 @@ def _leads_into(caller: LinkSpec, listener: LinkSpec) -> bool:
 
 
 def _host(spec: LinkSpec) -> str:
-    return "127.0.0.1" if spec.host == "localhost" else spec.host
+    """Return the host in one form: an address can be written in several, also IPv4 as IPv6 (`::ffff:127.0.0.1`)."""
+    if spec.host == "localhost":
+        return "127.0.0.1"
+    try:
+        address = ipaddress.ip_address(spec.host)
+    except ValueError:
+        return spec.host
+    mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
+    return str(mapped or address)
 
 
 def is_of_this_machine(host: str) -> bool:

@@ -2,7 +2,7 @@
 
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.links import Link, LinkError, open_link, parse_link
+from tui_gcs.core.links import Link, LinkError, open_link, parse_link, try_links
 from tui_gcs.core.links.overlaps import led_into, same_place
 from tui_gcs.core.links.spec import LinkSpec, is_loopback, is_number
 from tui_gcs.core.requests.links.changes import refuse
@@ -26,19 +26,11 @@ def opened(spec: LinkSpec, parts: StationParts, *, must_work: bool) -> Link:
         LinkRefusedError: it cannot be opened; one line with what to do.
     """
     try:
-        link = open_link(spec, parts.records.clock)
+        if must_work:
+            try_links([spec])
+        return open_link(spec, parts.records.clock)
     except LinkError as error:
         refuse(clean(str(error), 300))
-    if not must_work:
-        return link
-    if spec.scheme == "serial":
-        link.receive()  # opens the device
-    trouble = link.error
-    if trouble and spec.scheme in ("serial", "udpout"):
-        link.close()
-        advice = ". Check the address and this machine's network" if spec.scheme == "udpout" else ""
-        refuse(f"{spec.name}: {clean(trouble, 200)}{advice}")
-    return link
 
 
 def check_address(spec: LinkSpec, parts: StationParts) -> None:
