@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from tui_gcs.core.alarms.alarm_table import AlarmFinding, AlarmTable
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.failsafe_texts import is_news
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Freshness
 
 # `fleet.telemetry` (events), `firmware.health` and `flight.return_home` have limits of 25 and 15 %, too; for a start
@@ -69,7 +68,7 @@ class VehicleAlarmMonitor:
         elif is_news(news := vehicle.failsafe_words(now - SAID_BEFORE_S)):
             why = news
         self._failsafes[vehicle.id] = (since_s, why)
-        does = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+        does = vehicle.mode_name
         if _has_no_fix(vehicle):
             does += " without a GPS fix"
         return f"{does}: {why}" if why else FAILSAFE_STATES[vehicle.telemetry.system_status]

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.permission import SetpointPermission
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
@@ -178,7 +177,7 @@ class Firmware:
 
 def flown_by_pilot(vehicle: Vehicle) -> bool:
     """Whether it is in a mode that a pilot flies by remote control."""
-    return mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) in PILOT_MODES
+    return vehicle.mode_name in PILOT_MODES
 
 
 def stands_still(vehicle: Vehicle) -> bool:

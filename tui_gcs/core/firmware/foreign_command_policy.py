@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.mavlink.mode_names import mode_name
 
 
 @dataclass(frozen=True)
@@ -77,5 +76,5 @@ def stop_word(vehicle: Vehicle, mode: str) -> str:
 
 def comes_down_by(vehicle: Vehicle) -> str:
     """What the vehicle's present mode does if that brings it down: "return" or "land"; "" if it does not."""
-    word = stop_word(vehicle, mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode))
+    word = stop_word(vehicle, vehicle.mode_name)
     return word if word in ("return", "land") else ""

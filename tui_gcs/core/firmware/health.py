@@ -197,7 +197,7 @@ def problems_in_flight(
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and newest(EKF_STATUS_REPORT) is not None:
         yield from _estimator_findings(_ardupilot_ekf(vehicle, newest))
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and (stick := sinking_stick(vehicle, newest)):
-        reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) in STICK_MODES
+        reads = vehicle.mode_name in STICK_MODES
         yield from _blocking("health", iter([HealthProblem(stick, blocks=reads)]))
     if vehicle.autopilot == AUTOPILOT_PX4 and (estimator := newest(ESTIMATOR_STATUS)) is not None:
         yield from _estimator_findings(_px4_estimator(estimator))
@@ -339,13 +339,13 @@ def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthP
         yield HealthProblem("home is not known yet", blocks=False, about="position")
     stick = sinking_stick(vehicle, newest)
     if stick:
-        reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) in STICK_MODES
+        reads = vehicle.mode_name in STICK_MODES
         yield HealthProblem(stick, blocks=vehicle.telemetry.armed and reads)
 
 
 def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthProblem]:
     """Problems of the pre-arm checks."""
-    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+    mode = vehicle.mode_name
     # The pre-arm bit is for the mode it is in: true in STABILIZE long before GUIDED can be armed (measured). What
     # fails in another mode fails in GUIDED, too, which asks for most, unless it is about that mode.
     flown = vehicle.telemetry.custom_mode == flight_mode(vehicle)
@@ -406,7 +406,7 @@ def _px4_checks(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Itera
     if checks.can_arm is False and not checks.reasons:
         yield HealthProblem("its arming checks fail, it does not say why", blocks=True)
     if checks.can_arm is not False and _checks_fail(newest):
-        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+        mode = vehicle.mode_name
         why = "in OFFBOARD without set-points it does not arm" if mode == "OFFBOARD" else f"it does not arm in {mode}"
         elsewhere = "" if vehicle.telemetry.custom_mode == flight_mode(vehicle) else ": set HOLD first"
         yield HealthProblem(why + elsewhere, blocks=not elsewhere)

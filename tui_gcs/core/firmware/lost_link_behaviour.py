@@ -10,7 +10,6 @@ from tui_gcs.core.firmware.failsafes import Values
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Vec3
 
 _GCS_RETURNS, _GCS_SINKS = frozenset({1, 2, 3, 4, 6}), frozenset({4, 5, 7})
@@ -40,7 +39,7 @@ def _copter(values: Values, home_m: Vec3) -> LostLinkBehaviour | None:
 def _px4(vehicle: Vehicle, values: Values, home_m: Vec3) -> LostLinkBehaviour | None:
     """COM_OBL_RC_ACT is about a vehicle that was in OFFBOARD."""
     # COM_OBL_RC_ACT is about a vehicle that was in OFFBOARD.
-    in_offboard = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) == "OFFBOARD"
+    in_offboard = vehicle.mode_name == "OFFBOARD"
     offboard, link = values.get("COM_OBL_RC_ACT", 0) if in_offboard else None, values.get("NAV_DLL_ACT", 0)
     acts_on_link = link in _DLL_RETURNS | _DLL_SINKS
     link_s = values.get("COM_DL_LOSS_T", 10.0) + values.get("COM_FAIL_ACT_T", 5.0)

@@ -62,5 +62,5 @@ def mode_change_policy(vehicle: Vehicle, custom_mode: int) -> ModeChangePolicy:
         return ModeChangePolicy(RetryClass.SET, name, is_stop=True)
     if not vehicle.telemetry.armed or custom_mode == vehicle.telemetry.custom_mode:
         return ModeChangePolicy(RetryClass.SET, name)
-    present = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+    present = vehicle.mode_name
     return ModeChangePolicy(RetryClass.SET, name, f"it is armed, and leaves {present}")

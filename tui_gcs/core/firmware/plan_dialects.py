@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.plans.model import (
     AMSL,
     ARDUPILOT_HERE,
@@ -261,7 +260,7 @@ class PlanDialect:
 
     def flies_mission(self, vehicle: Vehicle) -> bool:
         """Whether the vehicle is flying its mission now."""
-        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+        mode = vehicle.mode_name
         return vehicle.telemetry.armed and mode in MISSION_MODES
 
 

@@ -14,6 +14,7 @@ from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
 from tui_gcs.core.fleet.identity.heartbeat_history import HeartbeatHistory
 from tui_gcs.core.fleet.identity.path import Path, PathState
 from tui_gcs.core.mavlink.failsafe_texts import failsafe_words
+from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.mavlink.sources import Address, Source
 from tui_gcs.core.protocol.common import Freshness, Vec3
 
@@ -278,6 +279,11 @@ class Vehicle:
             pilot = self.path.autopilot_stream
             return pilot.last_heard_s if pilot is not None else -math.inf
         return max(path.last_heard_s for path in self.paths if path.state is PathState.USED)
+
+    @property
+    def mode_name(self) -> str:
+        """The pilot's word for the mode that it is in, e.g. "GUIDED", by our tables: the same in a whole fleet."""
+        return mode_name(self.autopilot, self.type, self.telemetry.custom_mode)
 
     @property
     def link(self) -> str:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import WARNING
@@ -107,7 +106,7 @@ class CourseMonitor:
                 if change is not None and change.at_s > self._ordered_s[vehicle_id] + ORDERED_S:
                     found[vehicle_id] = change.text
             elif now - seen_s > LEFT_S:  # False while it is NaN
-                mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+                mode = vehicle.mode_name
                 found[vehicle_id] = f"left its mission (now {mode})"
         return found
 

@@ -13,7 +13,6 @@ from tui_gcs.core.firmware.foreign_command_policy import comes_down_by
 from tui_gcs.core.fleet.telemetry import struct_reader
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import Flight, FlightTable, HoldStep
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Freshness, Phase
 
 MAX_SINK_M_S, SINK_BAND_M_S = 6.0, 4.0
@@ -164,5 +163,5 @@ def _stands(vehicle: Vehicle, flight: Flight | None, watch: _ArmedWatch, now: fl
     lands_itself = bool(comes_down_by(vehicle))
     if now - watch.stands_since_s < (OWN_LANDING_S if lands_itself else GROUND_S):
         return None
-    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+    mode = vehicle.mode_name
     return Emergency("grounded", f"it came down in {mode}" if lands_itself else "no landing was ordered")

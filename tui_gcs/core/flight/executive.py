@@ -22,7 +22,6 @@ from tui_gcs.core.flight.start_controller import StartController
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.flight.vehicle_loss import Comeback, VehicleLossController
 from tui_gcs.core.guard.permission import STATION
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
@@ -311,7 +310,7 @@ class Executive:
             return ""
         # Of two vehicles with one id, either may report the mode.
         if vehicle.telemetry.airborne and flown_by_pilot(vehicle) and not vehicle.why_not_commanded:
-            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+            mode = vehicle.mode_name
             return f"is flown by its pilot ({mode}): left to the pilot, name it to take it over"
         return ""
 

@@ -13,7 +13,6 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import Flight, HoldStep, Lost, TakenOut
 from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, RunPhase
 from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING
 
@@ -119,7 +118,7 @@ class VehicleLossController:
 
     def _follow_ordered_mode(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """The vehicle is in the mode that an operator ordered by name: it flies by itself now, which is no surprise."""
-        mode, ordered = flight.ordered_mode, mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+        mode, ordered = flight.ordered_mode, vehicle.mode_name
         self._commands.cancel(vehicle.id)
         self.take_out(flight, vehicle, _step_of(ordered), now)
         flight.ordered_mode = mode
@@ -132,7 +131,7 @@ class VehicleLossController:
         if vehicle.freshness(now) is not Freshness.OK or not (by_order or flight.step is TakenOut.MODE_LEFT):
             return
         if flight.ordered_mode == vehicle.telemetry.custom_mode:
-            step = _step_of(mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode))
+            step = _step_of(vehicle.mode_name)
             if flight.step is not step:
                 flight.go_to_step(step, now)
                 flight.left_reason = ""
@@ -160,7 +159,7 @@ class VehicleLossController:
         return words or self._fleet.other_stations.words(vehicle, now)
 
     def _report_left(self, vehicle: Vehicle, what: str, now: float) -> None:
-        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+        mode = vehicle.mode_name
         reason = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
         stations = self._fleet.other_stations.words(vehicle, now)
         text = f"left {what} (now {mode}): taken out of the mission" + (f"; it reported: {reason}" if reason else "")

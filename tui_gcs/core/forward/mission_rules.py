@@ -26,7 +26,6 @@ from tui_gcs.core.forward.request_checks import (
     require_way,
     start,
 )
-from tui_gcs.core.mavlink.mode_names import mode_name
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
 """Modes in which the mission on board is flown."""
@@ -72,7 +71,7 @@ def mission_part(request: ForeignRequest) -> Ruling:
 
 def require_no_mission(vehicle: Vehicle) -> None:
     """Raise `ForeignRefusal` while it flies its mission: ArduPilot flies to each new item at once."""
-    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+    mode = vehicle.mode_name
     if vehicle.telemetry.armed and mode in FLIES_MISSION:
         raise ForeignRefusal("it flies its mission: have it hold before you change that")
 

@@ -4,9 +4,7 @@ A plan is the scenario as it is parsed (comments and order of keys do not count)
 program's own version. `tui-gcs rehearse` writes; a LIVE station reads before a start.
 """
 
-import contextlib
 import hashlib
-import os
 import re
 from functools import cache
 from importlib.metadata import entry_points
@@ -15,6 +13,7 @@ from pathlib import Path
 import msgspec
 
 import tui_gcs
+from tui_gcs.core.base.file_replacement import replace_file
 from tui_gcs.core.protocol.planning import PlannerInfo
 from tui_gcs.core.scenario.model import Scenario
 
@@ -91,14 +90,7 @@ def _own_code() -> str:
 def remember(path: Path, rehearsal: RehearsalRecord) -> None:
     """Add a line; the oldest beyond `MAX_LINES` are removed. Raises OSError."""
     lines = [*_lines(path)[-(MAX_LINES - 1) :], msgspec.json.encode(rehearsal)]
-    new = path.with_suffix(f".{os.getpid()}.new")
-    try:
-        new.write_bytes(b"\n".join(lines) + b"\n")
-        new.replace(path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            new.unlink(missing_ok=True)
-        raise
+    replace_file(path, b"\n".join(lines) + b"\n")
 
 
 class RehearsalStore:

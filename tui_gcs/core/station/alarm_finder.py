@@ -21,7 +21,6 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.fleet_monitor import error_m
 from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
 from tui_gcs.core.guard.conflict_prediction import PredictedConflict, predicted_conflicts
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Freshness, JournalEvent, Phase, RunPhase
 from tui_gcs.core.records.event_log import WARNING
@@ -152,7 +151,7 @@ class AlarmFinder:
         ordered = (TakenOut.ON_BOARD, TakenOut.OWN_MODE, TakenOut.MOTORS_STOPPED)
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
         if flight is not None and has_left and now >= self._settled_s:
-            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+            mode = vehicle.mode_name
             cause = "fence" if "fence" in flight.left_reason.lower() else "left"
             yield AlarmFinding(cause, vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
         elif strays := self._parts.flight.courses.found.get(vehicle.id):

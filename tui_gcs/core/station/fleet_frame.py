@@ -10,7 +10,6 @@ from tui_gcs.core.flight.battery_return import BatteryReturnController
 from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.mavlink.enum_names import type_name
-from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import NOWHERE, FleetFrame, Phase, RunKind
 from tui_gcs.core.services.payload.payload import PayloadService
 from tui_gcs.core.uplink.commands import CommandService
@@ -44,7 +43,7 @@ def fleet_frame(
         team=tuple([f.team if f else "" for f in rows]),
         autopilot=tuple([name_of(v) for v in vehicles]),
         vehicle_type=tuple([type_name(v.type) for v in vehicles]),
-        mode=tuple([mode_name(v.autopilot, v.type, t.custom_mode) for v, t in zip(vehicles, reports, strict=True)]),
+        mode=tuple([vehicle.mode_name for vehicle in vehicles]),
         armed=tuple([t.armed for t in reports]),
         phase=tuple([f.phase if f else _phase_without_team(v) for f, v in zip(rows, vehicles, strict=True)]),
         freshness=tuple([v.freshness(now) for v in vehicles]),
