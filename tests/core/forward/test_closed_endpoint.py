@@ -12,7 +12,7 @@ from tests.core.forward.test_mission_rules import (
     take,
     upload,
 )
-from tests.core.rigs.forward_rig import OWN, Rig, frames, heartbeat, hold, link
+from tests.core.rigs.forward_rig import OWN, QGC, Rig, frames, heartbeat, hold, link
 from tui_gcs.core.forward.forwarder import Endpoint
 
 
@@ -33,6 +33,21 @@ def test_a_closed_endpoint_gets_nothing_and_what_it_sends_is_not_read() -> None:
     (port,) = flight.forwarder.ports
     assert port.link.error == "closed by console-1" and len(port.partners) == 1, "it stays known"
     assert flight.forwarder.filenos() == []
+
+
+def test_each_partner_has_its_own_counts_and_the_endpoint_those_of_all() -> None:
+    flight = station()
+    other = ("192.0.2.8", 14550)
+    flight.beat(system=251, at=other)
+    hold(flight)
+    flight.say("SET_MODE", system=251, at=other, target_system=1, base_mode=1, custom_mode=14)
+    flight.say("HEARTBEAT", system=1, at=("192.0.2.9", 14550), **heartbeat())  # a vehicle's id, and no partner
+    (port,) = flight.forwarder.ports
+    assert [(p.address, p.passed, p.refused) for p in port.partners.values()] == [
+        (QGC, 1, {}),
+        (other, 0, {"by the rules": 1}),
+    ]
+    assert (port.passed, port.refused) == (1, {"by the rules": 1, "a vehicle's system id": 1})
 
 
 def test_others_are_served_on() -> None:

@@ -217,6 +217,21 @@ async def test_a_partner_is_closed_after_y_and_stays_after_esc() -> None:
         assert changes(c) == [ClosePartner(PARTNER)]
 
 
+async def test_before_an_endpoint_is_closed_it_says_who_is_there() -> None:
+    def several(station: FakeStation) -> None:
+        linked(station)
+        assert station.link_report is not None
+        first = station.link_report.partners[0]
+        rows = (first, replace(first, address="10.0.0.8:14550", refused={}), replace(first, address="", systems=()))
+        station.link_report = replace(station.link_report, partners=rows)
+
+    async with console(NARROW, several) as c:
+        await opened(c, "tab", "tab")
+        assert "others, or gone" in c.text()
+        await c.press("delete")
+        assert "2 stations there: no vehicle is heard there any more" in " ".join(c.text().replace("┃", " ").split())
+
+
 async def test_what_a_closed_partner_sent_stays_shown_and_it_is_not_closed_again() -> None:
     def closed(station: FakeStation) -> None:
         linked(station)

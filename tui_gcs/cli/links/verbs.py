@@ -106,8 +106,9 @@ def link_line(row: LinkRow) -> str:
 def partner_line(row: PartnerRow) -> str:
     """Return an endpoint and one station there in one line."""
     may = "commands are judged" if row.takes_commands else "listens"
+    others = "others, or gone" if row.refused or row.passed else "nobody yet"
     heard = f", heard {row.heard_age_s:.0f} s ago" if row.address and math.isfinite(row.heard_age_s) else ""
-    who = f"{row.address} {' '.join(row.systems)}".strip() + heard if row.address else "nobody yet"
+    who = f"{row.address} {' '.join(row.systems)}".strip() + heard if row.address else others
     counts = f"{row.bytes_out / 1e3:.0f} kB out, {row.bytes_in / 1e3:.0f} kB in, {row.passed} frames reached vehicles"
     refused = ", ".join(f"{reason} {count}" for reason, count in sorted(row.refused.items()))
     parts = [may, who, counts, *([f"refused: {refused}"] if refused else []), *([row.error] if row.error else [])]

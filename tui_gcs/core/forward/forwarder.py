@@ -230,7 +230,7 @@ class Forwarder:
 
     def _take_all(self, port: Port, frames: list[Frame], bad_crc: int, address: Address) -> None:
         if bad_crc:
-            self._count_refused(port, "bad CRC", bad_crc)
+            self._count_refused(port, address, "bad CRC", bad_crc)
             self._report(port, "bad CRC", f"{_place(address)} sends frames with a wrong CRC: not used", EVENT_REPEAT_S)
         for frame in frames:
             self._take(ForeignFrame(port, frame, address))
@@ -340,19 +340,20 @@ class Forwarder:
             self._relay.cancel(vehicle, message)
         elif message.name in ("MISSION_COUNT", "MISSION_CLEAR_ALL") and (why := self._relay.busy(vehicle)):
             self._refuse(foreign, message, "by the rules", why, vehicle)
-        elif why := self._pass_on(port, vehicle, raw, ruling, foreign.sender):
+        elif why := self._pass_on(foreign, vehicle, ruling):
             self._refuse(foreign, message, "by the uplink", why, vehicle)
         elif message.name in ("MISSION_COUNT", "MISSION_CLEAR_ALL") and message.fields["mission_type"] == 0:
             self._plans[vehicle.id].forget()
 
-    def _pass_on(self, port: Port, vehicle: Vehicle, raw: bytes, ruling: Ruling, sender: str) -> str:
-        """Have the uplink send a frame to the vehicle; "" or why not."""
+    def _pass_on(self, foreign: ForeignFrame, vehicle: Vehicle, ruling: Ruling) -> str:
+        """Have the uplink send a frame of another station to the vehicle; "" or why not."""
+        port, raw, sender = foreign.port, foreign.frame.raw, foreign.sender
         source = f"{port.link.name} {sender}"
         why = self._uplink.foreign(vehicle.id, raw, Order(ruling.what, ruling.order_class, source))
         if why:
             return why
         self.passed += 1
-        port.passed += 1
+        port.count_passed(foreign.address)
         for listener in self.on_passed:
             listener(vehicle, ruling, source)
         if not ruling.quiet:
@@ -363,12 +364,13 @@ class Forwarder:
         """Hand a frame of a collected upload to the vehicle; "" or why not."""
         if raw == upload.announcement and upload.kind == 0:
             self._plans[upload.vehicle.id].forget()
-        return self._pass_on(upload.port, upload.vehicle, raw, Ruling(what), upload.station)
+        (frame,) = cut_datagram(raw).frames
+        return self._pass_on(ForeignFrame(upload.port, frame, upload.address), upload.vehicle, Ruling(what))
 
     def _end_upload(self, upload: MissionUpload, result: int, why: str) -> None:
         """Report to operator and station that an upload ended without the vehicle's MISSION_ACK."""
         port, vehicle = upload.port, upload.vehicle
-        self._count_refused(port, "upload ended")
+        self._count_refused(port, upload.address, "upload ended")
         text = f"{upload.station}: mission refused: vehicle {vehicle.id}: {why}"
         self._report(port, "refused upload ended", text, EVENT_GAP_S)
         system, component = upload.sender
@@ -383,13 +385,13 @@ class Forwarder:
         )
         self._send_text(port, vehicle, upload.address, why)
 
-    def _count_refused(self, port: Port, reason: str, frames: int = 1) -> None:
+    def _count_refused(self, port: Port, address: Address, reason: str, frames: int = 1) -> None:
         self.refused[reason] += frames
-        port.refused[reason] += frames
+        port.count_refused(address, reason, frames)
 
     def _turn_away(self, foreign: ForeignFrame, reason: str, text: str, vehicle: Vehicle | None = None) -> None:
         """Count what is wrong with a partner, and report it now and then; to it, too, if it was for a `vehicle`."""
-        self._count_refused(foreign.port, reason)
+        self._count_refused(foreign.port, foreign.address, reason)
         self._report(foreign.port, reason, f"{foreign.sender} {text}", EVENT_REPEAT_S)
         if vehicle is not None and foreign.port.may_answer((vehicle.id, reason), EVENT_REPEAT_S, self._clock.now()):
             self._send_text(foreign.port, vehicle, foreign.address, f"{reason}: not passed on")
@@ -409,7 +411,7 @@ class Forwarder:
         The answers are those of `vehicle`; a command to a system that is not here is answered by this station.
         """
         port, now = foreign.port, self._clock.now()
-        self._count_refused(foreign.port, reason)
+        self._count_refused(foreign.port, foreign.address, reason)
         text = why if vehicle is None else f"vehicle {vehicle.id}: {why}"
         self._report(port, f"refused {reason}", f"{foreign.sender}: {message.name} refused: {text}", EVENT_GAP_S)
         fields = message.fields

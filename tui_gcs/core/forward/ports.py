@@ -41,6 +41,10 @@ class Partner:
     """It is the one partner of a point-to-point link."""
     systems: dict[tuple[int, int], float] = field(default_factory=dict)
     """(system, component) heard from it, and when last."""
+    refused: Counter[str] = field(default_factory=Counter)
+    """Frames of it that were not passed on, by reason."""
+    passed: int = 0
+    """Frames of it that reached a vehicle."""
     waiting: list[bytes] = field(default_factory=list)
     waiting_bytes: int = 0
 
@@ -91,7 +95,7 @@ class Port:
         self.reported: dict[str, tuple[float, str]] = {}
         """(when, text) of the last event, by cause."""
         self.refused: Counter[str] = Counter()
-        """Frames from here that were not passed on, by reason."""
+        """Frames from here that were not passed on, by reason; also those of partners that are gone, and of others."""
         self.passed = 0
         """Frames from here that reached a vehicle."""
         self.suppressed: Counter[str] = Counter()
@@ -130,13 +134,27 @@ class Port:
 
     def partner(self, address: Address, now: float) -> Partner | None:
         """The partner that sends from `address`: known, or new if there is room. To be called for valid frames only."""
-        known = self.partners.get(address)
-        if known is None:
-            # On a serial line or a TCP connection everything comes from the one partner at its other end.
-            known = next((p for p in self.partners.values() if p.stays), None)
+        known = self.known(address)
         if known is None and len(self.partners) < MAX_PARTNERS:
             known = self.partners[address] = Partner(address, now, stays=False)
         return known
+
+    def known(self, address: Address) -> Partner | None:
+        """The partner that sends from `address`; None if it is none."""
+        # On a serial line or a TCP connection everything comes from the one partner at its other end.
+        return self.partners.get(address) or next((p for p in self.partners.values() if p.stays), None)
+
+    def count_refused(self, address: Address, reason: str, frames: int) -> None:
+        """Count what came from `address` and was not passed on."""
+        self.refused[reason] += frames
+        if (partner := self.known(address)) is not None:
+            partner.refused[reason] += frames
+
+    def count_passed(self, address: Address) -> None:
+        """Count a frame that came from `address` and reached a vehicle."""
+        self.passed += 1
+        if (partner := self.known(address)) is not None:
+            partner.passed += 1
 
     def cut(self, data: bytes, address: Address, now: float) -> tuple[list[Frame], int]:
         """(good frames, how many with a wrong CRC) in what came from `address`."""

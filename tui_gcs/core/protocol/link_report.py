@@ -96,18 +96,18 @@ class PartnerRow(Message, frozen=True):
     up: bool
     error: str
     address: str
-    """Empty: nobody is there yet."""
+    """Empty: nobody is there, or the row has what came from senders that are no partners, or no more."""
     systems: tuple[str, ...]
     """System and component ids heard from it, `255/190`."""
     heard_age_s: float
     bytes_out: int
     """Of the endpoint, to all its partners."""
     refused: dict[str, int] = {}
-    """Frames of this endpoint's partners that were not passed on, by reason."""
+    """Frames of this partner that were not passed on, by reason."""
     bytes_in: int = 0
     """Of the endpoint, from all its partners."""
     passed: int = 0
-    """Frames of this endpoint's partners that reached a vehicle."""
+    """Frames of this partner that reached a vehicle."""
     is_closed: bool = False
     """An operator has closed the endpoint; `error` says who."""
     is_added: bool = False

@@ -71,12 +71,13 @@ class LinkEdits(ScreenEdits):
         request = AddPartner(link, takes_commands=True)
         self._ask(f"let {clean(name, 60)} command", reasons, "allow it", request, f"{name} was not added")
 
-    def close_partner(self, partner: PartnerRow) -> None:
-        """Ask whether nothing is to be forwarded to an endpoint any more."""
+    def close_partner(self, partner: PartnerRow, count: int) -> None:
+        """Ask whether nothing is to be forwarded to an endpoint any more, at which `count` stations are."""
         if partner.is_closed:
             self.say(f"{partner.endpoint} is {partner.error}", Ink.CAUTION)
             return
-        reason = "who is there hears no vehicle any more, and nothing that it sends is passed on"
+        who = "nobody is there now" if not count else f"{count} station{'s' if count > 1 else ''} there"
+        reason = f"{who}: no vehicle is heard there any more, and nothing that comes from there is passed on"
         request = ClosePartner(partner.endpoint)
         self._ask(f"close {partner.endpoint}", [reason], "close", request, f"{partner.endpoint} stays open")
 

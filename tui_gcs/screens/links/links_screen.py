@@ -215,7 +215,8 @@ class LinksScreen(PolledScreen):
             if not self._may_change():
                 return
             if isinstance(partner, PartnerRow):
-                self.edits.close_partner(partner)
+                rows = [row for row in self.partner_list.rows if row.endpoint == partner.endpoint and row.address]
+                self.edits.close_partner(partner, len(rows))
             else:
                 self.edits.say("nothing is forwarded: + adds another station", Ink.CAUTION)
             return

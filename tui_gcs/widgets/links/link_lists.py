@@ -78,13 +78,18 @@ class PartnerList(RowsView[PartnerRow]):
         """Return a partner as a line; one with refused frames has a mark."""
         refused = sum(row.refused.values())
         commands = "judged" if row.takes_commands else "none"
-        who = f"{row.address} {' '.join(row.systems)}" if row.address else "nobody yet"
+        who = f"{row.address} {' '.join(row.systems)}" if row.address else others_words(row)
         age = age_words(row.heard_age_s) if row.address else ""
         text = (
             f" {'!' if refused or not row.up else ' '}{cut(row.endpoint, LINK_CELLS)} {commands:<9} {refused:>7}"
             f" {age:>5} {row.error or who}"
         )
         return marked(text, width, is_chosen=is_chosen, is_bad=bool(refused) or not row.up)
+
+
+def others_words(row: PartnerRow) -> str:
+    """Return what a row without an address is about."""
+    return "others, or gone" if row.refused or row.passed else "nobody yet"
 
 
 def marked(text: str, width: int, *, is_chosen: bool, is_bad: bool) -> Line:

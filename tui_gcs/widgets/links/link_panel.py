@@ -9,7 +9,7 @@ from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, wrapped
-from tui_gcs.widgets.links.link_lists import bytes_words
+from tui_gcs.widgets.links.link_lists import bytes_words, others_words
 
 
 class LinkPanel(LinesView):
@@ -106,8 +106,9 @@ def partner_texts(partner: PartnerRow) -> list[Run]:
     texts: list[Run] = [(may, Ink.CAUTION if partner.is_closed else Ink.TEXT)]
     if partner.error and not partner.is_closed:
         texts.insert(0, (f"DOES NOT WORK: {partner.error}", Ink.CAUTION))
-    traffic = f"{partner.bytes_out} bytes sent there, {partner.bytes_in} received"
-    texts.append((f"{traffic}; {partner.passed} frames of it reached vehicles", Ink.TEXT))
+    traffic = f"whole endpoint: {partner.bytes_out} bytes sent, {partner.bytes_in} received"
+    whose = partner.address or others_words(partner)
+    texts.append((f"{traffic}; {whose}: {partner.passed} frames reached vehicles", Ink.TEXT))
     if partner.refused:
         worst = sorted(partner.refused.items(), key=lambda item: -item[1])
         texts.append(("refused: " + ", ".join(f"{reason} {count}" for reason, count in worst), Ink.CAUTION))

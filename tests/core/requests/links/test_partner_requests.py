@@ -143,6 +143,22 @@ def test_what_a_closed_partner_sends_reaches_nothing_and_what_was_refused_stays_
         assert "nothing is forwarded to" in ask(rig, p.ClosePartner(other.link)).text
 
 
+def test_what_was_refused_of_a_partner_that_is_gone_stays_shown(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Peer(1)).heard()
+    port = free_port()
+    assert ask(rig, p.AddPartner(f"udpin:127.0.0.1:{port}", takes_commands=True)).ok
+    assert [(row.address, row.refused) for row in partners(rig)] == [("", {})], "nobody is there yet"
+    with GroundStation() as other:
+        fields = {"target_system": 1, "latitude": 0, "longitude": 0, "altitude": 0, "time_usec": 0}
+        other.socket.sendto(other.encoder.encode("SET_GPS_GLOBAL_ORIGIN", **fields), ("127.0.0.1", port))
+        address = f"127.0.0.1:{other.socket.getsockname()[1]}"
+    rig.run(1.0)
+    assert [(row.address, row.refused) for row in partners(rig)] == [(address, {"not on the list": 1})]
+    rig.run(70.0)
+    assert [(row.address, row.refused) for row in partners(rig)] == [("", {"not on the list": 1})]
+    ended(rig)
+
+
 def test_a_closed_partner_is_added_again_with_another_permission(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
     with GroundStation() as other:

@@ -1,6 +1,7 @@
 """The rows of the links screen: links with their budgets, the paths of vehicles, forwarding partners."""
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 
 from tui_gcs.core.base.text import clean
@@ -88,28 +89,39 @@ class LinkReporter:
         )
 
     def _partner_rows(self, port: Port) -> Iterator[p.PartnerRow]:
-        """A row for each partner of an endpoint; one without an address while there is none."""
-        partners: list[Partner | None] = [*port.partners.values()]
-        for partner in partners or [None]:
-            systems = sorted(partner.systems) if partner is not None else []
-            heard_s = partner.last_heard_s if partner is not None else -math.inf
-            address = partner.address if partner is not None else ""
-            yield p.PartnerRow(
-                endpoint=port.link.name,
-                takes_commands=port.commands,
-                up=not port.link.error,
-                error=port.link.error,
-                address=clean(f"{address[0]}:{address[1]}" if isinstance(address, tuple) else address),
-                systems=tuple(f"{system}/{component}" for system, component in systems),
-                heard_age_s=self._parts.records.clock.now() - heard_s,
-                bytes_out=port.link.bytes_out,
-                refused=dict(port.refused),
-                bytes_in=port.link.bytes_in,
-                passed=port.passed,
-                is_closed=port.is_closed,
-                is_added=self._is_added(port),
-                is_kept=self._is_kept,
-            )
+        """Yield a row for each partner of an endpoint, and one without an address for what came from others.
+
+        Others are partners that are gone, and senders that were never served; an endpoint without anybody has this row.
+        """
+        partners = list(port.partners.values())
+        refused, passed = Counter(port.refused), port.passed
+        for partner in partners:
+            refused -= partner.refused
+            passed -= partner.passed
+            yield self._partner_row(port, partner, partner.refused, partner.passed)
+        if refused or passed or not partners:
+            yield self._partner_row(port, None, refused, passed)
+
+    def _partner_row(self, port: Port, partner: Partner | None, refused: Counter[str], passed: int) -> p.PartnerRow:
+        systems = sorted(partner.systems) if partner is not None else []
+        heard_s = partner.last_heard_s if partner is not None else -math.inf
+        address = partner.address if partner is not None else ""
+        return p.PartnerRow(
+            endpoint=port.link.name,
+            takes_commands=port.commands,
+            up=not port.link.error,
+            error=port.link.error,
+            address=clean(f"{address[0]}:{address[1]}" if isinstance(address, tuple) else address),
+            systems=tuple(f"{system}/{component}" for system, component in systems),
+            heard_age_s=self._parts.records.clock.now() - heard_s,
+            bytes_out=port.link.bytes_out,
+            refused=dict(refused),
+            bytes_in=port.link.bytes_in,
+            passed=passed,
+            is_closed=port.is_closed,
+            is_added=self._is_added(port),
+            is_kept=self._is_kept,
+        )
 
     def _is_added(self, port: Port) -> bool:
         """Whether an operator opened the endpoint, also in place of one of the command line that was closed."""
