@@ -152,7 +152,7 @@ def test_accelerometers_of_both_autopilots(operator: Operator) -> None:
     operator.press("y", "d = it is done")
     for pose in POSES:
         operator.sees(f"place the vehicle {pose}", 30.0)
-        operator.press("d", "done: place the vehicle")
+        operator.press("d", "confirmed: place the vehicle")
     operator.sees("calibrate accel: done, vehicle 2", 120.0)
     operator.sees("reboot it before it flies")
     operator.press("1", "select 1_")
@@ -178,7 +178,7 @@ def test_compasses_of_both_autopilots(operator: Operator) -> None:
     """No prompt waits for a key: the vehicles report how far they are, PX4 also which side it waits for."""
     opens_setup(operator)
     operator.press(DOWN, "gyro")
-    operator.press(ENTER, "Enter set")
+    operator.press(ENTER, "Enter calibrate")
     for sensor in ("accel", "simple-accel", "level", "compass"):
         operator.press(DOWN, f"│{sensor}: ")
     calibrate_compass(operator, 2)

@@ -3,7 +3,7 @@
 from tui_gcs.actions.action import VIEW, action
 from tui_gcs.actions.list_actions import ROW_ACTIONS, copy_actions
 
-REHEARSALS = "Rehearsals"
+REHEARSALS = "Rehearse"
 """Group of the help."""
 
 REHEARSAL_ACTIONS = (

@@ -1,7 +1,7 @@
 """Requests that become tasks of the station: sent once, followed together until each vehicle's task is over."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
@@ -29,6 +29,15 @@ class TaskOutcome:
     code: ReplyCode = ReplyCode.NONE
     """NO_ANSWER: nothing was heard of it any more, and it may have been done."""
     result: TaskResult | None = None
+
+
+def by_reason(outcomes: Iterable[TaskOutcome]) -> dict[str, tuple[int, ...]]:
+    """Return the vehicles for which a request failed, by why: eight that refuse for the same reason are one line."""
+    found: dict[str, tuple[int, ...]] = {}
+    for each in outcomes:
+        if not each.ok:
+            found[each.text] = (*found.get(each.text, ()), each.vehicle)
+    return found
 
 
 async def carry_out(

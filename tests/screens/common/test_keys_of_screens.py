@@ -61,6 +61,11 @@ async def test_the_help_of_a_screen_begins_with_what_is_done_here() -> None:
         assert any("f Enter  resume: in hold" in line for line in help_lines(c.app.screen))
 
 
+def test_the_name_of_a_group_leaves_a_blank_before_the_key() -> None:
+    long = {action.group for actions in SCOPES.values() for action in actions if len(action.group) > 8}
+    assert long == set()
+
+
 async def test_the_help_of_a_map_keeps_flight_and_map_apart() -> None:
     async with console(WIDE, holds) as c:
         await c.press("question_mark")

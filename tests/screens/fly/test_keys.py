@@ -15,6 +15,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.services import GetVehicles, decode_request
 from tui_gcs.screens.common.help import HelpDialog
 from tui_gcs.screens.common.palette_dialog import PaletteDialog
+from tui_gcs.screens.common.screens_menu import ScreensMenu
 from tui_gcs.screens.common.text_dialog import LINE_CELLS
 from tui_gcs.screens.common.tiny_screen import TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
@@ -574,6 +575,17 @@ async def test_a_task_for_planners_is_made_at_the_cursor() -> None:
         assert "S a, then Tab, lists and cancels it" in c.line(1)
         await c.press("t", "enter")  # the same question again, for another one
         assert len(added_tasks(c)) == 2
+
+
+@pytest.mark.parametrize("ends", ["enter", "escape"])
+async def test_the_question_for_a_task_takes_no_keys_when_the_screen_is_shown_again(ends: str) -> None:
+    async with console(NARROW) as c:
+        await c.press("t", "t", ends)
+        await c.press("S", "l")
+        await c.press("f", "n")
+        assert c.app.feed.selection.ids == (1,), "the hidden field had the cursor, and took n"
+        await c.press("S")
+        assert isinstance(c.app.screen, ScreensMenu)
 
 
 async def test_escape_makes_no_task_and_what_is_none_is_refused() -> None:

@@ -246,7 +246,8 @@ async def test_an_empty_list_names_what_hides_the_parameters() -> None:
         await c.press("/", *"lean", "enter", "tab")
         assert "none that is differing fits: Esc ends the search, Tab the view" in c.text()
         await c.press("escape", "tab", "tab")
-        assert "no parameter is a favourite: Tab shows others" in c.text()
+        assert c.line(-1).endswith("Tab all")
+        assert "no parameter is a favourite; * marks one: Tab shows others" in c.text()
 
 
 async def test_a_refusal_for_want_of_a_selection_ends_with_a_selection() -> None:

@@ -131,7 +131,8 @@ async def test_a_section_says_which_vehicles_need_attention() -> None:
     async with console(WIDE, known) as c:
         await opened(c, section="sensors")
         assert "! sensors   attention: 8" in c.text()
-        assert "needs attention: compass: NOT [b]calibrated[/b] 8" in panel(c)
+        assert "needs attention: compass: NOT [b]calibrated[/b] (vehicle 8)" in panel(c)
+        assert "Enter calibrate" in c.line(-1)
         await c.press("down")
         assert "calibrated [1-7]; NOT [b]calibrated[/b] [8]" in c.text()
 
@@ -355,6 +356,23 @@ async def test_refusals_of_vehicles_are_shown_each() -> None:
         await c.press("enter", "y")
         assert "vehicle 2: NOT DONE: prearm: compass" in panel(c)
         assert "calibrate accel: done, vehicle 1" in panel(c)
+
+
+async def test_the_same_refusal_of_several_vehicles_is_one_line() -> None:
+    def armed(station: FakeStation) -> None:
+        known(station)
+        station.refuse = (1, 2, 5)
+
+    async with console(WIDE, armed) as c:
+        await opened(c, 1, 2, 5, section="sensors")
+        await c.press("enter", "y")
+        assert "vehicles 1-2 5: NOT DONE: prearm: compass" in panel(c)
+
+
+async def test_while_a_calibration_is_under_way_its_prompt_is_shown_once_and_del_is_on_the_footer() -> None:
+    async with console(NARROW, calibrating) as c:
+        await opened(c, 1, 2, 3, section="sensors")
+        assert "note:" not in panel(c) and "Del cancel" in c.line(-1)
 
 
 async def test_a_read_only_console_changes_nothing() -> None:

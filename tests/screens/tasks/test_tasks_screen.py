@@ -156,4 +156,9 @@ async def test_the_footer_has_the_keys_of_the_view_and_the_title_where_planners_
         assert "Del cancel" in c.line(-1) and "Tab people" in c.line(-1) and "hand over" not in c.line(-1)
         assert "those for planners: S a" in c.text()
         await c.press("tab")
-        assert "O hand over" in c.line(-1) and "Tab tasks" in c.line(-1) and "Del cancel" not in c.line(-1)
+        assert (
+            "O hand over" in c.line(-1)
+            and "take control" not in c.line(-1)
+            and "Tab tasks" in c.line(-1)
+            and "Del cancel" not in c.line(-1)
+        )

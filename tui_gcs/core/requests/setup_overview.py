@@ -146,7 +146,7 @@ class SetupOverview:
                 field.param,
                 whole_number(values.get(field.param)),
                 choices=tuple(field.choices.items()),
-                prompt=words.warning,
+                prompt=f"a change {words.warning}" if words.warning else "",
             )
             for field in words.fields
         ]
@@ -163,7 +163,7 @@ class SetupOverview:
             finding = sensor_finding(vehicle, sensor, values)
             found += [(word, finding)] if finding is not None else []
             prompt = procedure.prompt + (f" ({procedure.no_cancel})" if procedure.no_cancel else "")
-            text = finding.text if finding is not None else "the vehicle keeps no record of it"
+            text = finding.text if finding is not None else "no record is kept"
             attention = finding is not None and finding.state is SetupState.ATTENTION
             fields.append(SetupFieldRow(word, "calibrate", words=text, needs_attention=attention, prompt=prompt))
         if vehicle.set_up or vehicle.reboot_first:

@@ -36,4 +36,8 @@ class ScreensMenu(TextDialog[str]):
         rows: list[Line] = [
             [(f" {letter} ", Ink.SELECTED), (f"  {action.help}", Ink.TEXT)] for letter, action in self._choices.items()
         ]
-        return [*rows, [], [(" Esc = close ", Ink.SELECTED), ("   f Fly  p Plan  v Vehicles  J Journal", Ink.MUTED)]]
+        return [
+            *rows,
+            [],
+            [(" Esc = close ", Ink.SELECTED), ("   without S: f Fly  p Plan  v Vehicles  J Journal", Ink.MUTED)],
+        ]

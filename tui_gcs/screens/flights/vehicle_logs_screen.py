@@ -13,7 +13,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import SelectionChanged, StationBack, StationLost
-from tui_gcs.feed.task_requests import TaskOutcome
+from tui_gcs.feed.task_requests import TaskOutcome, by_reason
 from tui_gcs.screens.common.list_screen import ListScreen
 from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.flights.onboard_downloads import OnboardDownloads, OnboardLog
@@ -125,7 +125,7 @@ class VehicleLogsScreen(ListScreen):
     def _report(self, what: str, ended: Sequence[TaskOutcome]) -> None:
         failed = [one for one in ended if not one.ok]
         if failed:
-            reasons = "; ".join(f"vehicle {one.vehicle}: {one.text}" for one in failed)
+            reasons = "; ".join(f"{vehicles_words(whose)}: {text}" for text, whose in by_reason(ended).items())
             self.edits.say(f"{what}: {len(failed)} of {len(ended)} NOT DONE: {reasons}", Ink.WARNING)
         else:
             self.edits.say(f"{what}: done for {vehicles_words({one.vehicle for one in ended})}", Ink.NORMAL)

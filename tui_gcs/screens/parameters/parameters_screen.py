@@ -39,6 +39,8 @@ PROGRESS_PERIOD_S = 0.5
 MAX_NAMED_CELLS = 24
 """Vehicles whose numbers take more cells in the title are counted."""
 VIEWS = ("all", "differing", "changed from default", "a favourite")
+VIEW_KEYS = ("all", "differing", "changed", "favourites")
+"""What Tab is called in the footer when it leads to one of them."""
 
 
 class ParametersScreen(ListScreen):
@@ -70,6 +72,7 @@ class ParametersScreen(ListScreen):
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.parameter_list = ParameterList(glyphs=glyphs)
         self.detail = ParameterDetail(glyphs=glyphs)
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="show_parameters")
         self.value_bar = PromptBar("value")
         self.path_bar = PromptBar("path")
         self._path_for = self.edits.load
@@ -82,7 +85,7 @@ class ParametersScreen(ListScreen):
             yield self.detail
         yield self.value_bar
         yield self.path_bar
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_parameters")
+        yield self.footer
 
     def on_mount(self) -> None:
         """Begin to receive the feed's messages."""
@@ -124,6 +127,7 @@ class ParametersScreen(ListScreen):
         at = names.index(chosen.name) if chosen is not None and chosen.name in names else self.parameter_list.chosen
         self.parameter_list.empty_text = self._empty_text()
         self.parameter_list.show_parameters(rows, at, self._lead(), self.favourites.names)
+        self.footer.relabel({"next_view": VIEW_KEYS[(self._view + 1) % len(VIEWS)]})
         self.show_chosen()
 
     @property
@@ -182,11 +186,12 @@ class ParametersScreen(ListScreen):
     def _empty_text(self) -> str:
         known = [vehicle for vehicle in self.compared() if self.transfers.parameters.of(vehicle)]
         if not known:
-            return "no parameter is known: R reads them from the vehicles (some seconds each, more on a slow link)"
+            return "no parameter is known: R reads them from the vehicles, some seconds each"
         if self._view and self.typed.words:
             return f"none that is {VIEWS[self._view]} fits: Esc ends the search, Tab the view"
         if self._view:
-            return f"no parameter is {VIEWS[self._view]}: Tab shows others"
+            mark = "; * marks one" if VIEWS[self._view] == "a favourite" else ""
+            return f"no parameter is {VIEWS[self._view]}{mark}: Tab shows others"
         return "nothing fits: Esc ends the search"
 
     def _outcome(self) -> list[Run]:

@@ -28,7 +28,7 @@ from tui_gcs.core.protocol.setup import (
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.parameter_transfers import ParameterTransfers
 from tui_gcs.feed.setup_watch import MOTOR_TEST, FleetSetupField
-from tui_gcs.feed.task_requests import TaskOutcome, carry_out
+from tui_gcs.feed.task_requests import TaskOutcome, by_reason, carry_out
 from tui_gcs.screens.common.choice_dialog import ChoiceDialog
 from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.common.sure_dialog import SureDialog
@@ -159,7 +159,7 @@ class SetupEdits(ScreenEdits):
                 lines.append((f"vehicle {task.vehicle}: {clean(reply.text, 200)}", Ink.CAUTION))
         more = f"; {others} wait for something else: n looks at them" if others else ""
         if done:
-            lines.append((f"done: {tasks[0].prompt}   {vehicles_words(done)}{more}", Ink.NORMAL))
+            lines.append((f"confirmed: {tasks[0].prompt}   {vehicles_words(done)}{more}", Ink.NORMAL))
         self.report = tuple(lines)
         self._show()
 
@@ -257,11 +257,13 @@ class SetupEdits(ScreenEdits):
 
 
 def _failed(outcomes: Iterable[TaskOutcome]) -> list[Run]:
-    failed = [each for each in outcomes if not each.ok]
-    lines: list[Run] = [(f"vehicle {each.vehicle}: NOT DONE: {clean(each.text, 200)}", Ink.WARNING) for each in failed]
-    left_out = failed[MAX_LINES:]
+    failed = by_reason(outcomes)
+    lines: list[Run] = [
+        (f"{vehicles_words(vehicles)}: NOT DONE: {clean(text, 200)}", Ink.WARNING) for text, vehicles in failed.items()
+    ]
+    left_out = [vehicle for vehicles in list(failed.values())[MAX_LINES:] for vehicle in vehicles]
     if left_out:
-        lines[MAX_LINES:] = [(f"NOT DONE either: {vehicles_words(each.vehicle for each in left_out)}", Ink.WARNING)]
+        lines[MAX_LINES:] = [(f"NOT DONE either: {vehicles_words(left_out)}", Ink.WARNING)]
     return lines
 
 

@@ -30,6 +30,9 @@ from tui_gcs.widgets.setup.setup_panel import SetupPanel
 
 FIRST: SectionWord = "airframe"
 
+ENTER_WORDS = {"calibrate": "calibrate", "motor": "test motor", "none": ""}
+"""What Enter does with a line that is no parameter."""
+
 
 class SetupScreen(PolledScreen):
     """The setup of the selected vehicles, or of all while none is selected."""
@@ -119,13 +122,13 @@ class SetupScreen(PolledScreen):
         )
 
     def _labels(self) -> dict[str, str]:
-        """Return what keys are called now: Enter opens a section, and d and Del are for what is under way."""
-        tasks = self.watch_setup.tasks
-        labels = {"edit": "open"} if self.section_list.is_active else {}
+        """Return what keys are called now: Enter is for the chosen line, d and Del for what is under way."""
+        tasks, field = self.watch_setup.tasks, self.field_list.chosen_row
+        act = ENTER_WORDS.get(field.row.act, "set") if field is not None else "set"
+        labels = {"edit": "open" if self.section_list.is_active else act}
         if not any(task.waits for task in tasks):
             labels["confirm"] = ""
-        if not tasks:
-            labels["end_led"] = ""
+        labels["end_led"] = "cancel" if tasks else ""
         return labels
 
     def show_chosen(self) -> None:

@@ -92,8 +92,16 @@ class TasksScreen(PolledScreen):
         shown = "under way" if self._only_running else "all remembered"
         set_title(self.task_list, f"tasks  {running} under way   {shown}   those for planners: S a{silent}")
         set_title(self.people_list, f"people and programs  {len(self.people_list.rows)}{silent}")
-        self.footer.relabel(OF_PEOPLE if self.has_class("-people") else OF_TASKS)
+        self.footer.relabel(self._labels())
         self.panel.show(self.row_list.chosen_row, self._report)
+
+    def _labels(self) -> dict[str, str]:
+        """Return what keys are called: of people, only who has control hands it over, and only others take it."""
+        if not self.has_class("-people"):
+            return OF_TASKS
+        status = self.feed.status
+        has_control = status is not None and status.in_control == self.feed.requests.principal
+        return OF_PEOPLE | ({"take_control": ""} if has_control else {"hand_over": "", "take_control": "take control"})
 
     def show_chosen(self) -> None:
         """Show the chosen row."""

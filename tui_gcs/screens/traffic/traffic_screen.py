@@ -31,6 +31,10 @@ from tui_gcs.widgets.traffic.traffic_lists import ContactList, PointList, Traffi
 
 Request = AddPoints | CancelPoints | HearTraffic
 
+OF_CONTACTS = {"end_point": ""}
+OF_POINTS = {"next_view": "traffic", "end_point": "cancel", "hear": "", "select": ""}
+"""Labels of the footer in each view; no vehicle is selected for a task of planners."""
+
 
 class TrafficScreen(PolledScreen):
     """What flies beside the fleet, and what planners are to visit."""
@@ -99,7 +103,7 @@ class TrafficScreen(PolledScreen):
         near = sum(contact.is_near for contact in self.contact_list.rows)
         set_title(self.contact_list, f"beside the fleet  {len(self.contact_list.rows)}   {near} near{silent}")
         set_title(self.point_list, f"tasks for planners  {sum(point.state == 'open' for point in points)} open{silent}")
-        self.footer.relabel({"next_view": "traffic"} if self.has_class("-points") else {"end_point": ""})
+        self.footer.relabel(OF_POINTS if self.has_class("-points") else OF_CONTACTS)
         self.panel.show(self.row_list.chosen_row, self.edits.report)
 
     def show_chosen(self) -> None:

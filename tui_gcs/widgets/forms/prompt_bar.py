@@ -42,6 +42,8 @@ class PromptBar(Horizontal):
         self._field = PromptField("path")
         self._label = Static("", markup=False)
         super().__init__(self._label, self._field, Static("Enter takes, Esc leaves", id="hint"), id=id)
+        # Textual gives a screen that is shown again its first field: a hidden one would take every key unseen.
+        self._field.can_focus = False
 
     @property
     def is_open(self) -> bool:
@@ -53,11 +55,13 @@ class PromptBar(Horizontal):
         self._label.update(label)
         self._field.show(suggestion)
         self.add_class("-open")
+        self._field.can_focus = True
         self._field.focus()
 
     def close(self) -> None:
         """Hide the question and its field."""
         self.remove_class("-open")
+        self._field.can_focus = False
 
     def submit(self, text: str) -> None:
         """Take the answer: close and post it. A subclass may refuse it and stay open."""

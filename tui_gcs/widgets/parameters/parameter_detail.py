@@ -39,7 +39,12 @@ class ParameterDetail(LinesView):
         body = detail_lines(self._parameter, self._info, width) if self._parameter is not None else []
         outcome: list[Line] = [[(part, ink)] for text, ink in self._outcome for part in wrapped(text, width)]
         # What became of a change is the newest thing that happened: it is never cut by a long description.
-        return [*body[: max(0, height - len(outcome))], *outcome]
+        room = max(0, height - len(outcome))
+        if 0 < room < len(body):
+            body[room - 1 :] = [
+                [(f"… {len(body) - room + 1} more lines: a taller terminal, or y copies all", Ink.MUTED)]
+            ]
+        return [*body[:room], *outcome]
 
 
 def detail_lines(parameter: FleetParameter, info: ParamInfoRow | None, width: int) -> list[Line]:
@@ -61,7 +66,7 @@ def detail_lines(parameter: FleetParameter, info: ParamInfoRow | None, width: in
     lines.append([(f"{default}{row.type}", Ink.MUTED)])
     if info is not None:
         return [*lines, *info_lines(info, row.text, width)]
-    return lines if row.text else [*lines, [("the vehicle has not described it", Ink.MUTED)]]
+    return lines if row.text else [*lines, [("no description: this autopilot sends none", Ink.MUTED)]]
 
 
 def info_lines(info: ParamInfoRow, short: str, width: int) -> list[Line]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from tui_gcs.core.protocol.alarms import id_ranges, vehicles_words
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.services import TaskInfo
 from tui_gcs.feed.setup_watch import ATTENTION, FleetSetupField, SectionSummary
 from tui_gcs.widgets.basics.border_titles import framed, set_title
@@ -34,7 +34,9 @@ class SetupPanel(LinesView):
         guidance = task_runs(tasks, lead)
         # A transmitter has a line for each channel.
         self.set_class(any(task.lines for task in tasks), "-guided")
-        self._runs = (*guidance, *(section_runs(section) if section else ()), *(field_runs(field) if field else ()))
+        # What is to be done before a line is changed is in the prompts of what is under way, as far as it still holds.
+        chosen = field_runs(field, with_notes=not guidance) if field else ()
+        self._runs = (*guidance, *(section_runs(section) if section else ()), *chosen)
         self._report = report
         set_title(self, f"under way: {len(tasks)}" if tasks else "setup")
         self.update_lines()
@@ -74,17 +76,18 @@ def section_runs(section: SectionSummary) -> list[Run]:
     """Return what the section is or lacks; vehicles of which the same holds stand together."""
     return [
         (
-            f"{state}: {text}   {id_ranges(vehicles)}",
+            f"{state}: {text}   ({vehicles_words(vehicles)})",
             Ink.CAUTION if state == ATTENTION else Ink.TEXT,
         )
         for state, text, vehicles in section.texts
     ]
 
 
-def field_runs(field: FleetSetupField) -> list[Run]:
-    """Return the chosen line whole, its parameter, and what is to be done before it is changed."""
+def field_runs(field: FleetSetupField, *, with_notes: bool = True) -> list[Run]:
+    """Return the chosen line whole, its parameter, and, with the notes, what is to be done before it is changed."""
     runs: list[Run] = [(f"{field.row.label}: {field_words(field)}", Ink.TEXT)]
-    runs += [(f"note: {prompt}   {id_ranges(vehicles)}", Ink.TEXT) for prompt, vehicles in field.prompts]
+    notes = field.prompts if with_notes else ()
+    runs += [(f"note: {prompt}   ({vehicles_words(vehicles)})", Ink.TEXT) for prompt, vehicles in notes]
     if field.row.param:
         runs.append((f"parameter {field.row.param}", Ink.MUTED))
     return runs
