@@ -287,6 +287,17 @@ def test_slots_are_judged_after_the_warm_up(referee: Referee) -> None:
     assert 127.6 / 3 < result.avg_idleness_s < 127.6 / 2, "cells are seen one after the other"
 
 
+def test_what_95_of_100_distances_from_a_slot_keep_is_told_beside_the_largest(referee: Referee) -> None:
+    referee.on_status(status(2))
+    sweep(referee, 0, (0.2, math.nan), (-0.2, math.nan))
+    for t in range(144, 244):
+        off_m = 3.0 if t % 25 == 0 else 0.2
+        places = [(100.0, 200.0, 27.0), FAR]
+        referee.on_frame(frame(float(t), places, slot_error_m=(off_m, math.nan), lag_s=(-off_m, math.nan)))
+    result = referee.result().rounds[0]
+    assert (result.off_slot_p95_m, result.off_slot_max_m, result.lag_max_s) == (0.2, 3.0, 3.0)
+
+
 @pytest.mark.parametrize(
     ("error_m", "late_s", "ok"), [(1.9, -0.4, (True, True)), (2.1, 0.1, (False, True)), (0.3, -0.6, (True, False))]
 )
