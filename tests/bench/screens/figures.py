@@ -11,10 +11,11 @@ from pathlib import Path
 
 from msgspec.structs import replace
 from rich.color import ColorSystem
-from textual.events import Key
 
 from tests.bench.latency import percentile
 from tests.bench.row import Row
+from tests.bench.screens.base_map import base_maps
+from tests.bench.screens.costs import KEYS, LIMIT_CPU_PCT, LIMIT_KB_S, LIMIT_KEY_MS, MEASURED_S, press, settled
 from tests.screens.inspect.test_inspector_screen import HERTZ, NAMES, row
 from tests.screens.links.test_links_screen import LAN, link, path
 from tests.screens.rigs.fake_station import FakeStation
@@ -28,8 +29,6 @@ from tui_gcs.screens.common.polled_screen import PolledScreen
 from tui_gcs.screens.plots.live_plots_screen import LivePlotsScreen
 
 COUNTS = (50, 250)
-LIMIT_KB_S, LIMIT_CPU_PCT, LIMIT_KEY_MS = 8.0, 12.0, 50.0
-MEASURED_S, KEYS = 10, 40
 PARAMETERS = 1327
 """Of an ArduCopter 4.7."""
 TRACKS, TASKS = 30, 60
@@ -110,11 +109,12 @@ SCREENS: dict[str, tuple[str, Callable[[FakeStation], None], tuple[str, ...]]] =
 """Letter in the menu of screens, what the station knows at every look, and keys that are pressed first."""
 
 
-def screens(_folder: Path) -> Iterator[Row]:
-    """All screens."""
+def screens(folder: Path) -> Iterator[Row]:
+    """All screens, and the fly screen with a base map."""
     for count in COUNTS:
         for name in SCREENS:
             yield from asyncio.run(one_screen(name, count))
+    yield from base_maps(folder)
 
 
 async def one_screen(name: str, count: int) -> list[Row]:
@@ -142,15 +142,6 @@ async def one_screen(name: str, count: int) -> list[Row]:
     ]
 
 
-async def press(meter: Meter, key: str) -> float:
-    """Press a key; return the CPU seconds until its picture is painted."""
-    character = key if len(key) == 1 else None
-    began_s = time.process_time()
-    meter.app.post_message(Key(key, character))
-    await settled(meter)
-    return time.process_time() - began_s
-
-
 async def look(meter: Meter) -> tuple[int, float]:
     """Have the screen ask the station and draw, as its timers do; return (bytes, CPU seconds) of a second of it."""
     screen, before, began_s = meter.app.screen, len(meter.written), time.process_time()
@@ -164,10 +155,3 @@ async def look(meter: Meter) -> tuple[int, float]:
         await settled(meter)
     cpu_s = time.process_time() - began_s
     return sum(len(text.encode()) for text in meter.written[before:]), cpu_s
-
-
-async def settled(meter: Meter) -> None:
-    """All that was begun is answered and painted."""
-    await meter.painted()
-    await meter.app.workers.wait_for_complete()
-    await meter.painted()

@@ -66,6 +66,8 @@ class BaseMapTiles:
         self._kept: OrderedDict[TileId, Tile] = OrderedDict()
         self._pieces = 0
         """Of all tiles that are kept."""
+        self.read_count = 0
+        """Tiles that were read so far: what was drawn before may lack the newest."""
         self._wanted: dict[object, list[TileId]] = {}
         """The tiles that each map still lacks."""
         self._lock = threading.Lock()
@@ -94,6 +96,13 @@ class BaseMapTiles:
                     self._thread.start()
         return found
 
+    def wait(self, timeout_s: float) -> bool:
+        """Wait until nothing is being read; return whether that came about in time."""
+        thread = self._thread
+        if thread is not None:
+            thread.join(timeout_s)
+        return self._thread is None
+
     def _read(self) -> None:
         """Read what is wanted, until nothing is."""
         while (place := self._next()) is not None:
@@ -117,6 +126,7 @@ class BaseMapTiles:
 
     def _keep(self, place: TileId, tile: Tile) -> None:
         self._kept[place] = tile
+        self.read_count += 1
         self._pieces += _count(tile)
         while len(self._kept) > MAX_KEPT or self._pieces > MAX_KEPT_PIECES:
             _, dropped = self._kept.popitem(last=False)

@@ -92,6 +92,8 @@ class MapPainter:
         self._background: DotRaster | None = None
         self._base: DotRaster | None = None
         """The base map in the present view."""
+        self._base_of: object = None
+        """Of which view and tiles that is."""
         self.base_map_state = BaseMapState.NO_FILE
 
     def forget_background(self) -> None:
@@ -147,11 +149,16 @@ class MapPainter:
 
     def _paint_base_map(self, content: MapContent, view: Viewport) -> None:
         """Draw the base map's tiles that are there, or nothing, and note why."""
-        self._base = None
-        self.base_map_state = BaseMapState.NO_FILE if content.base_map is None else BaseMapState.SHOWN
-        if content.base_map is not None and content.origin is not None and Layer.BASE_MAP not in content.hidden:
-            frame = LocalFrame(content.origin)
-            self._base, self.base_map_state = draw_base_map(content.base_map, view, frame, self)
+        tiles = content.base_map
+        if tiles is None or content.origin is None or Layer.BASE_MAP in content.hidden:
+            self._base = self._base_of = None
+            self.base_map_state = BaseMapState.NO_FILE if tiles is None else BaseMapState.SHOWN
+            return
+        # Planners publish new tours every second: for these nothing of the base map is drawn anew.
+        drawn = (view, content.origin, tiles, tiles.read_count)
+        if drawn != self._base_of:
+            self._base, self.base_map_state = draw_base_map(tiles, view, LocalFrame(content.origin), self)
+            self._base_of = drawn
 
 
 def _background(content: MapContent, view: Viewport) -> DotRaster:

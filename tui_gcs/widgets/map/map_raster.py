@@ -51,7 +51,9 @@ class DotRaster:
         """Put the dots of `other`, of the same size, into the cells in which nothing is drawn here."""
         free = self.inks == 0
         self.inks[free] = other.inks[free]
-        self.dots |= other.dots & np.repeat(np.repeat(free, DOTS_Y, axis=0), DOTS_X, axis=1)
+        cells = (self.rows, DOTS_Y, self.columns, DOTS_X)
+        mine = self.dots.reshape(cells)  # a view of the same dots
+        mine |= other.dots.reshape(cells) & free[:, None, :, None]
 
     def plot(self, points: Points, ink: int) -> None:
         """Draw single dots at (n, 2) dot coordinates; what is outside or not finite is left out."""
