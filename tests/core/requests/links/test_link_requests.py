@@ -249,7 +249,18 @@ def test_what_cannot_be_done_again_is_one_line(tmp_path: Path) -> None:
 def test_a_device_that_is_away_at_a_restart_is_opened_when_it_comes_back(tmp_path: Path) -> None:
     (tmp_path / "links.json").write_text('{"added": {"serial:/dev/no-such-device": "serial:/dev/no-such-device"}}')
     rig, _ = restarted(tmp_path, "run-1")
-    assert "serial:/dev/no-such-device" in links_of(rig) and rig.texts("station") == []
+    assert "serial:/dev/no-such-device" in links_of(rig)
+    assert rig.texts("station") == ["link serial:/dev/no-such-device is open as before"]
+
+
+def test_a_link_that_cannot_be_opened_again_can_be_forgotten(tmp_path: Path) -> None:
+    (tmp_path / "links.json").write_text('{"added": {"udpin:127.0.0.1:9": "udpin:127.0.0.1:9,network=north"}}')
+    rig, requests = restarted(tmp_path, "run-1")
+    (text,) = rig.texts("station")
+    assert "no link had network 'north'" in text and text.endswith("; `tui-gcs link close` forgets it")
+    assert asked(requests, p.CloseLink("udpin:127.0.0.1:9")).endswith("is not opened by later stations any more")
+    again, _ = restarted(tmp_path, "run-2")
+    assert again.texts("station") == []
 
 
 @pytest.mark.parametrize("content", [b"{", b"[1]", b"\xff\xfe", b'{"added": 3}'])

@@ -282,7 +282,10 @@ def test_partners_are_there_again_after_a_kill_with_their_permission(tmp_path: P
     ended(rig)
     again, _ = restarted(tmp_path, "run-1", given)
     assert open_partners(again) == {"udpout:127.0.0.1:42101": False, "udpout:127.0.0.1:42102": True}
-    assert again.texts("station") == []
+    assert again.texts("station") == [
+        "udpout:127.0.0.1:42101 hears the vehicles as before",
+        "udpout:127.0.0.1:42102 hears the vehicles as before; its commands are judged, and may reach vehicles",
+    ]
     ended(again)
 
 
@@ -293,12 +296,23 @@ def test_a_later_live_start_forwards_again_but_gives_nobody_the_right_to_command
     ended(rig)
     later, _ = restarted(tmp_path, "run-2")
     assert open_partners(later) == {"udpout:127.0.0.1:42101": False, "udpout:127.0.0.1:42102": False}
-    (text,) = later.texts("station")
-    assert text.startswith("udpout:127.0.0.1:42102 hears the vehicles as before; its commands were allowed")
+    first, second = later.texts("station")
+    assert first == "udpout:127.0.0.1:42101 hears the vehicles as before", "never without a word"
+    assert second.startswith("udpout:127.0.0.1:42102 hears the vehicles as before; its commands were allowed")
     ended(later)
     last, _ = restarted(tmp_path, "run-3")
-    assert last.texts("station") == [], "said once"
+    assert [text.endswith("hears the vehicles as before") for text in last.texts("station")] == [True, True]
     ended(last)
+
+
+def test_a_partner_that_cannot_be_opened_again_can_be_forgotten(tmp_path: Path) -> None:
+    (tmp_path / "links.json").write_text('{"partners": {"udpout:127.0.0.1:9": "udpout:127.0.0.1:9,network=north"}}')
+    rig, requests = restarted(tmp_path, "run-1")
+    (text,) = rig.texts("station")
+    assert "no link had network 'north'" in text and text.endswith("; `tui-gcs forward close` forgets it")
+    assert asked(requests, p.ClosePartner("udpout:127.0.0.1:9")).endswith("is not opened by later stations any more")
+    again, _ = restarted(tmp_path, "run-2")
+    assert again.texts("station") == []
 
 
 def test_what_is_added_in_sim_ends_with_the_run(tmp_path: Path) -> None:

@@ -41,6 +41,6 @@ def keep_added(store: LinkStore | None, change: Callable[[LinkStore], None]) -> 
     return keep(store, change) or ends
 
 
-def report_event(parts: StationParts, text: str) -> None:
-    """Report what of an earlier change cannot be made again at the start of a station."""
-    parts.records.events.report(EventClass.CONNECTION, "station", clean(text, 300), WARNING)
+def report_event(parts: StationParts, text: str, severity: int = WARNING) -> None:
+    """Report what became of an earlier change at the start of a station."""
+    parts.records.events.report(EventClass.CONNECTION, "station", clean(text, 300), severity)

@@ -15,6 +15,7 @@ from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.protocol import link_report as p
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.protocol.services import ServiceReply
+from tui_gcs.core.records.event_log import NOTICE
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.requests.links.address_checks import check_address, opened, parsed
 from tui_gcs.core.requests.links.changes import (
@@ -72,8 +73,8 @@ class LinkRequests:
         for name, text in store.added.items():
             if name in self._comms.links:
                 store.forget_added(name)  # the command line names it now
-                continue
-            self._recall_one(name, partial(self._open_new, text))
+            elif self._recall_one(name, partial(self._open_new, text), "; `tui-gcs link close`"):
+                report_event(self._parts, f"link {clean(name, 60)} is open as before", NOTICE)
         for name, by in store.closed.items():
             self._recall_one(name, partial(self._close_again, name, by))
         for name, text in store.reopened.items():
@@ -94,11 +95,16 @@ class LinkRequests:
     def _rate_again(self, name: str, bytes_per_s: int | None) -> None:
         self._rate_open(self._open(name), bytes_per_s)
 
-    def _recall_one(self, name: str, change: Callable[[], object]) -> None:
+    def _recall_one(self, name: str, change: Callable[[], object], forgets: str = "") -> bool:
+        """Make a change again, and report it if it cannot be made; `forgets` is the command that ends that."""
         try:
             change()
         except LinkRefusedError as error:
-            report_event(self._parts, f"link {clean(name, 60)} is not as it was left on the links screen: {error}")
+            advice = f"{forgets} forgets it" if forgets else ""
+            text = f"is not as it was left on the links screen: {clean(str(error), 150)}{advice}"
+            report_event(self._parts, f"link {clean(name, 60)} {text}")
+            return False
+        return True
 
     # ---------------------------------------------------------------- changing
 
@@ -122,6 +128,11 @@ class LinkRequests:
         return spec
 
     def _close(self, name: str, by: str) -> str:
+        store = self._store
+        if store is not None and name not in self._comms.links and name in store.added:
+            # It could not be opened again, e.g. because no link has its network now.
+            kept = keep(store, lambda store: store.forget_added(name))
+            return f"{clean(name, 60)} is not opened by later stations any more{kept}"
         link = self._open(name)
         alone = [vehicle.id for vehicle in self._parts.picture.fleet.vehicles.values() if self._needs(vehicle, name)]
         if alone:

@@ -13,6 +13,7 @@ from tui_gcs.core.forward.ports import Port
 from tui_gcs.core.links import LinkError
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.protocol import link_report as p
+from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.requests.links.address_checks import check_address, opened, parsed
 from tui_gcs.core.requests.links.changes import (
@@ -60,18 +61,28 @@ class PartnerRequests:
         for name, (text, takes_commands) in store.partners.items():
             if self._open(name) is not None:
                 store.forget_partner(name)  # the command line names it now
-                continue
-            self._recall_one(name, partial(self._open_new, text, takes_commands))
-        for name in store.ended_permissions:
-            if (port := self._open(name)) is not None and not port.commands:
-                text = "hears the vehicles as before; its commands were allowed for the run before, and are not now"
-                report_event(self._parts, f"{clean(name, 60)} {text}: add it again to allow them")
+            elif self._recall_one(name, partial(self._open_new, text, takes_commands), "; `tui-gcs forward close`"):
+                self._report_open_again(name, takes_commands, was_commanding=name in store.ended_permissions)
 
-    def _recall_one(self, name: str, change: Callable[[], object]) -> None:
+    def _recall_one(self, name: str, change: Callable[[], object], forgets: str = "") -> bool:
+        """Make a change again, and report it if it cannot be made; `forgets` is the command that ends that."""
         try:
             change()
         except LinkRefusedError as error:
-            report_event(self._parts, f"partner {clean(name, 60)} is not as it was left: {error}")
+            advice = f"{forgets} forgets it" if forgets else ""
+            report_event(
+                self._parts, f"partner {clean(name, 60)} is not as it was left: {clean(str(error), 150)}{advice}"
+            )
+            return False
+        return True
+
+    def _report_open_again(self, name: str, takes_commands: bool, *, was_commanding: bool) -> None:
+        """Report who hears the vehicles of this station though its command line does not say so."""
+        judged = "; its commands are judged, and may reach vehicles" if takes_commands else ""
+        if was_commanding:
+            judged = "; its commands were allowed for the run before, and are not now: close and add it to allow them"
+        severity = WARNING if was_commanding else NOTICE
+        report_event(self._parts, f"{clean(name, 60)} hears the vehicles as before{judged}", severity)
 
     def _add(self, text: str, takes_commands: bool) -> str:
         spec = self._open_new(text, takes_commands, is_new=True)
@@ -97,6 +108,12 @@ class PartnerRequests:
 
     def _close(self, name: str, by: str) -> str:
         by = clean(by, 40)
+        store = self._store
+        if store is not None and self._open(name) is None and name in store.partners:
+            # It could not be opened again, e.g. because no link has its network now.
+            return (
+                f"{name} is not opened by later stations any more{keep(store, lambda kept: kept.forget_partner(name))}"
+            )
         self._close_open(name, by)
         kept = keep(self._store, lambda store: store.keep_partner_closed(name, by, is_given=name in self._given))
         return f"{name} does not hear the vehicles any more{kept}"
