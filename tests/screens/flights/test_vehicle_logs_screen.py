@@ -65,6 +65,22 @@ async def test_nothing_is_asked_before_u_and_then_only_the_selected() -> None:
         assert "list: done for vehicles 1-2" in panel(c)
 
 
+async def test_vehicles_without_a_log_are_named_with_why_and_equal_refusals_are_one() -> None:
+    async with console(WIDE) as c:
+        c.app.feed.selection.set((1, 2, 3))
+        await c.press("S", "o")
+        await c.pilot.press("u")
+        await until(c, lambda: len(c.station.tasks) == 3)
+        for number in (1, 2, 3):
+            c.station.end_task(number, "done", "")
+        await until(c, lambda: "list: done for vehicles 1-3; no log on vehicles 1-3: most autopilots begin" in panel(c))
+        await c.pilot.press("u")
+        await until(c, lambda: len(c.station.tasks) == 6)
+        for number in (4, 5, 6):
+            c.station.end_task(number, "failed", "Disarm for log download")
+        await until(c, lambda: "list: 3 of 3 NOT DONE: vehicles 1-3: Disarm for log download" in panel(c))
+
+
 async def test_the_newest_of_each_vehicle_are_downloaded_at_once_with_progress_and_outcome() -> None:
     async with listed() as c:
         await c.press("w")

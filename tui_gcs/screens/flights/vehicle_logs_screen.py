@@ -110,25 +110,37 @@ class VehicleLogsScreen(ListScreen):
     def _why_not(self) -> str:
         return self.feed.requests.read_only or self.feed.action_context().silent
 
-    def _run(self, what: str, work: Callable[[], Coroutine[Any, Any, tuple[TaskOutcome, ...]]]) -> None:
-        """Carry out a request in the background, and report how it ended for each vehicle."""
+    def _held(self, ended: Sequence[TaskOutcome]) -> str:
+        """Return which of the vehicles hold no log: an empty list is an answer."""
+        holding = {log.vehicle for log in self.downloads.rows()}
+        without = sorted({one.vehicle for one in ended if one.ok} - holding)
+        return f"; no log on {vehicles_words(without)}: most autopilots begin one when they arm" if without else ""
+
+    def _run(
+        self,
+        what: str,
+        work: Callable[[], Coroutine[Any, Any, tuple[TaskOutcome, ...]]],
+        more: Callable[[Sequence[TaskOutcome]], str] = lambda ended: "",
+    ) -> None:
+        """Carry out a request in the background, and report how it ended for each vehicle, and `more` where it did."""
 
         async def worker() -> None:
             self.edits.say(f"{what} …")
-            self._report(what, await work())
+            ended = await work()
+            self._report(what, ended, more(ended))
 
         if why := self._why_not():
             self.edits.say(why, Ink.CAUTION)
         else:
             self.run_worker(worker(), group=what, exit_on_error=False)
 
-    def _report(self, what: str, ended: Sequence[TaskOutcome]) -> None:
+    def _report(self, what: str, ended: Sequence[TaskOutcome], more: str) -> None:
         failed = [one for one in ended if not one.ok]
         if failed:
             reasons = "; ".join(f"{vehicles_words(whose)}: {text}" for text, whose in by_reason(ended).items())
             self.edits.say(f"{what}: {len(failed)} of {len(ended)} NOT DONE: {reasons}", Ink.WARNING)
         else:
-            self.edits.say(f"{what}: done for {vehicles_words({one.vehicle for one in ended})}", Ink.NORMAL)
+            self.edits.say(f"{what}: done for {vehicles_words({one.vehicle for one in ended})}{more}", Ink.NORMAL)
 
     def say_copied(self, text: str, ink: Ink) -> None:
         """See `ListScreen`."""
@@ -142,7 +154,7 @@ class VehicleLogsScreen(ListScreen):
         if not vehicles:
             self.edits.say("no vehicle is heard yet", Ink.CAUTION)
         else:
-            self._run("list", lambda: self.downloads.list_logs(vehicles))
+            self._run("list", lambda: self.downloads.list_logs(vehicles), self._held)
 
     def action_download(self) -> None:
         """Download the marked logs, or the chosen one."""

@@ -18,6 +18,7 @@ from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.fleet_parameters import FleetParameter
 from tui_gcs.feed.parameter_transfers import ChangeOutcome, ParameterChange, ParameterTransfers
+from tui_gcs.feed.task_requests import by_reason
 from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.common.text_dialog import LINE_CELLS
 from tui_gcs.screens.orders.vehicle_words import rows_of
@@ -95,8 +96,10 @@ class ParameterEdits(ScreenEdits):
 
     async def _fetch(self, vehicles: tuple[int, ...]) -> None:
         ended = await self._transfers.fetch(vehicles)
-        failed = [one for one in ended if not one.ok]
-        lines: list[Run] = [(f"vehicle {one.vehicle}: NOT READ: {clean(one.text, 200)}", Ink.WARNING) for one in failed]
+        lines: list[Run] = [
+            (f"{_vehicles(whose)}: NOT READ: {clean(text, 200)}", Ink.WARNING)
+            for text, whose in by_reason(ended).items()
+        ]
         read = [one.vehicle for one in ended if one.ok]
         self.report = (*lines, *([(f"read from {_vehicles(read)}", Ink.NORMAL)] if read else []))
         self._show()
