@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 
-from tests.core.station.test_replay_control import control
+from tests.core.station.test_replay_control import control, replay
 from tests.core.station.test_replay_player import START_S, Console, heartbeats
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.replay import ReplayAct
@@ -35,9 +35,14 @@ def test_the_next_alarm_is_one_that_only_the_station_could_find(tmp_path: Path) 
     control(console, ReplayAct.NEXT_ALARM)
     assert 12.0 <= console.player.at_s <= 13.0
     assert "holds alone: vehicle 7" in texts(console)
+    assert replay(console).said == "holds alone: vehicle 7"
     control(console, ReplayAct.GO_TO, 25.0)
     control(console, ReplayAct.PREVIOUS_ALARM)
     assert 12.0 <= console.player.at_s <= 13.0, "what is over is no alarm"
+    assert replay(console).said == "holds alone: vehicle 7"
+    control(console, ReplayAct.PAUSE)
+    console.run(8.0)
+    assert replay(console).said == "", "it was some seconds ago"
 
 
 def test_orders_and_planners_are_events_of_the_replay_and_those_of_vehicles_are_not_twice(tmp_path: Path) -> None:

@@ -58,6 +58,8 @@ TWIN_GAP_S = 10.0
 MAX_TWINS = 64
 SAME_EVENT_S = 0.5
 """Events that are this close together are one, where an operator goes from event to event."""
+SAID_S, MAX_SAID_CELLS = 5.0, 40
+"""For how many played seconds, and in how many cells, the alarm stands beside the time that was searched for."""
 _GLOBAL_POSITION_INT = 33
 _OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
 _decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(
@@ -104,7 +106,8 @@ class Player:
         self._goal = _ReplayGoal(f"{begin_s:.0f} s", begin_s) if begin_s > 0 else None
         self._rewinds = 0
         self._said = ""
-        """What became of the last search, where nothing was found."""
+        """What became of the last search: the alarm that was found, or that there is none."""
+        self._said_until_s = math.inf
         self._length = _LengthMeter(path)
         self._last_tick_s: float | None = None
         self._next_frame_s = self._next_status_s = -math.inf
@@ -174,13 +177,21 @@ class Player:
             step_s = (math.floor(self.at_s / STEP_S + 1e-6) + 1) * STEP_S
             newest = self._flight.events.newest_seq
             self._play_until(step_s, MAX_RECORDS_PER_TICK)
-            if any(goal.is_found(event) for event in self._flight.events.since(newest)):
+            found = next((event for event in self._flight.events.since(newest) if goal.is_found(event)), None)
+            if found is not None:
                 self._arrive()
+                self._name(found)
                 return
             if self.finished:
                 self._go_to(goal.until_s)
-                self._said = f"{goal.words}: there is none"
+                self._said, self._said_until_s = f"{goal.words}: there is none", math.inf
                 return
+
+    def _name(self, event: JournalEvent) -> None:
+        """Report which alarm is shown: the list of events has none, and the second line only those of telemetry."""
+        if _is_alarm(event):
+            self._said = clean(event.text, MAX_SAID_CELLS)
+            self._said_until_s = event.t_s + SAID_S
 
     def _arrive(self) -> None:
         self._goal = None
@@ -239,6 +250,7 @@ class Player:
         events = self._flight.events.since(0, MAX_EVENTS)
         found = next((e for e in reversed(events) if e.t_s < before_s and fits(e)), None)
         if found is not None:
+            self._name(found)
             # The next step of the checks: the event is shown, and all that came with it.
             self._go_to(math.ceil(found.t_s / STEP_S - 1e-6) * STEP_S)
         return found is not None
@@ -289,7 +301,7 @@ class Player:
                 paused=self._paused,
                 searching=self.searching,
                 rewinds=self._rewinds,
-                said=self._said,
+                said=self._said if self.at_s <= self._said_until_s else "",
             ),
         )
 
