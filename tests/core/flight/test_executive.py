@@ -523,3 +523,22 @@ def test_killed_in_flight_it_is_lost_and_stays_so(rig: MakeRig) -> None:
 
 def test_scenario_helper_is_the_shipped_one() -> None:
     assert [team.name for team in scenario(8).teams] == ["defend", "attack"]
+
+
+def test_the_hold_of_one_that_stands_still_and_cannot_hear_is_pending(rig: MakeRig) -> None:
+    """To the eye it holds already: only the order that goes on being repeated says that it is not known."""
+    flight = rig(2).flying()
+    flight.ask(m.Hold())
+    flight.run(5.0)
+    assert flight.station.publisher.frame().stop_pending == (False, False)
+    flight.loses = lambda way, index: index == 1 and way == "up"
+    flight.run(6.0)
+    # Its own failsafe for a lost station has begun meanwhile, and nobody can end that.
+    flight.ask(m.Hold())
+    assert flight.phase(2) is Phase.HOLDING and flight.speed(2) < 0.3
+    for _ in range(5):
+        assert flight.station.publisher.frame().stop_pending[1]
+        flight.run(1.0)
+    flight.loses = lambda way, index: False
+    flight.run(4.0)
+    assert flight.station.publisher.frame().stop_pending == (False, False)
