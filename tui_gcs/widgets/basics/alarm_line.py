@@ -116,10 +116,17 @@ class AlarmLine(LinesView):
         return [(tag, ink), (words, ink), (prompt, Ink.SELECTED)]
 
 
+LOCAL_TAGS: dict[Severity, tuple[Run, Ink]] = {
+    Severity.WARNING: ((" ! WARN ", Ink.ALARM), Ink.WARNING),
+    Severity.CAUTION: ((" ^ CAUT ", Ink.SELECTED_CAUTION), Ink.CAUTION),
+    Severity.NORMAL: ((" i ", Ink.ADVISORY), Ink.TEXT),
+}
+"""Mark and ink of what only this console knows. That it commands nothing is no alarm: nothing has to be done."""
+
+
 def _local_runs(local: Notice, notice: Notice, width: int) -> list[Run]:
     """What only this console knows: its first parts, as many as fit beside the notice."""
-    warns = local.level is Severity.WARNING
-    tag = (" ! WARN ", Ink.ALARM) if warns else (" ^ CAUT ", Ink.SELECTED_CAUTION)
+    tag, ink = LOCAL_TAGS[local.level]
     tail = f"  | {notice.text}" if notice.text else ""
     text, *more = local.text.split("   ")
     room = width - cell_len(tag[0] + tail)
@@ -129,7 +136,7 @@ def _local_runs(local: Notice, notice: Notice, width: int) -> list[Run]:
         text = f"{text}   {part}"
     return [
         tag,
-        (f" {text}", Ink.WARNING if warns else Ink.CAUTION),
+        (f" {text}", ink),
         (cut(tail, width - cell_len(tag[0] + text) - 1), Ink.TEXT),
     ]
 

@@ -94,7 +94,7 @@ def local_notice(feed: Feed) -> Notice:
         if feed.status is None and feed.starts_station and feed.silent_s < START_LIMIT_S:
             return Notice(f"the station is being started, {feed.silent_s:.0f} s so far", Severity.CAUTION)
         return station_lost_notice(feed.status, feed.silent_s)
-    return Notice(feed.requests.read_only, Severity.CAUTION) if feed.requests.read_only else Notice("")
+    return Notice(feed.requests.read_only)
 
 
 def worst(feed: Feed) -> Notice:
