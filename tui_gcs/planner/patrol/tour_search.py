@@ -28,7 +28,7 @@ from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, Tour
 
 Floats = NDArray[np.floating[Any]]
 
-FULL_SEARCH_CELLS = 3500
+FULL_SEARCH_CELLS = 2600
 """Zones with more cells get fewer tries, so that configuring still takes about a second."""
 OBSTACLE_SHARE = 0.5
 """The same where obstacles make every try more expensive."""
