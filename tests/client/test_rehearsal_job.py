@@ -7,9 +7,11 @@ from pathlib import Path
 import pytest
 
 import tui_gcs
+from tui_gcs.cli.main import command_line_parser
 from tui_gcs.client.rehearsal_job import (
     FOLDER,
     LOWEST_PRIORITY,
+    OPTIONS,
     RehearsalJob,
     RehearsalJobError,
     _JobFile,
@@ -120,3 +122,9 @@ def test_a_killed_process_has_no_reason_and_a_fault_of_the_program_has_its_last_
     found = job.look()
     assert found is not None and found.result == "15 of 16 checks hold"
     assert found.text == "x.html: cannot be written (No space left on device)"
+
+
+def test_every_example_of_an_option_is_one_that_the_command_takes() -> None:
+    typed = " ".join(f"{name} {example}" for name, example in OPTIONS.items())
+    given = command_line_parser().parse_args(["rehearse", *parsed_options(typed)])
+    assert given.lose and given.drain and given.restart and given.fault and given.autopilot == "mixed"

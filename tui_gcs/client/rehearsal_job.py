@@ -32,9 +32,20 @@ MAX_LOAD_PER_CPU = 2.0
 TAIL_BYTES = 4_096
 MAX_CELLS = 300
 OPTIONS = {
-    "--autopilot", "--drain", "--fault", "--gps-noise", "--intruders", "--lose", "--restart", "--sensor", "--wind",
-}  # fmt: skip
-"""Options of `tui-gcs rehearse` that a console may give; each takes one value, and none changes the plan."""
+    "--lose": "3@60",
+    "--drain": "2@90",
+    "--restart": "45",
+    "--fault": "loss=0.2,delay=200ms",
+    "--wind": "5,0",
+    "--gps-noise": "1.5",
+    "--intruders": "2",
+    "--sensor": "range=60",
+    "--autopilot": "mixed",
+}
+"""Options of `tui-gcs rehearse` that a console may give, with an example of the one value that each takes.
+
+None changes the plan.
+"""
 PRINTED_ABOVE = "; the result is as printed above"
 PROGRAM = "tui-gcs: "
 """Begins every error that a command prints."""

@@ -229,7 +229,7 @@ async def test_a_rate_is_asked_of_the_vehicle_of_the_row() -> None:
         await choose(c, "att")
         await c.press("R", *"20", "enter")
         assert rates(c) == [SetMessageRate((1,), 30, 20.0)]
-        assert "ATTITUDE: agreed by vehicle 1" in panel(c)
+        assert "ATTITUDE at 20 Hz: agreed by vehicle 1" in panel(c)
         await c.press("R", *"auto", "enter")
         assert rates(c)[-1] == SetMessageRate((1,), 30, None)
 

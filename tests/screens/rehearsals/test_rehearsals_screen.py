@@ -151,7 +151,9 @@ async def test_a_rehearsal_is_started_with_typed_options_and_shows_how_far_it_is
 
 async def test_escape_starts_nothing_and_a_refusal_is_shown(tmp_path: Path) -> None:
     async with rehearsals(tmp_path) as c:
-        await c.press("R", "escape")
+        await c.press("R")
+        assert "--lose 3@60" in panel(c) and "--fault loss=0.2,delay=200ms" in panel(c)
+        await c.press("escape")
         assert "not started" in panel(c) and job(c).started == []
         await c.press("R", *"--output /etc/passwd", "enter")
         assert "NOT STARTED: --output: not known here" in panel(c) and job(c).started == []

@@ -49,8 +49,7 @@ class MessageRates(ScreenEdits):
         self._send(row.name, SetMessageRate(self.vehicles_of(row), row.key.msgid, rate_hz))
 
     def _send(self, name: str, request: SetMessageRate) -> None:
-        rate = "as the station asks" if request.rate_hz is None else f"at {request.rate_hz:g} Hz"
-        self.say(f"asking {vehicles_words(request.vehicles)} for {name} {rate}")
+        self.say(f"asking {vehicles_words(request.vehicles)} for {name} {rate_words(request)}")
         self._host.run_worker(self._carry_out(name, request), group="rates", exit_on_error=False)
 
     async def _carry_out(self, name: str, request: SetMessageRate) -> None:
@@ -62,7 +61,7 @@ class MessageRates(ScreenEdits):
             (f"vehicle {each.vehicle}: NOT SET: {clean(each.text, 200)}", Ink.WARNING) for each in failed
         ]
         if done:
-            lines.append((f"{name}: agreed by {vehicles_words(done)}", Ink.NORMAL))
+            lines.append((f"{name} {rate_words(request)}: agreed by {vehicles_words(done)}", Ink.NORMAL))
         self.report = tuple(lines)
         self._show()
         if doubtful:
@@ -90,3 +89,8 @@ def typed_rate(text: str) -> float:
     except ValueError:
         return math.nan
     return rate_hz if 0.0 <= rate_hz <= MAX_RATE_HZ else math.nan
+
+
+def rate_words(request: SetMessageRate) -> str:
+    """Return the rate that is asked for, in words."""
+    return "as the station asks" if request.rate_hz is None else f"at {request.rate_hz:g} Hz"

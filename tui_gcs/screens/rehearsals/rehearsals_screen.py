@@ -12,7 +12,7 @@ from textual.binding import BindingType
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.rehearsal_actions import REHEARSAL_ACTIONS
-from tui_gcs.client.rehearsal_job import RehearsalJob, RehearsalJobState
+from tui_gcs.client.rehearsal_job import OPTIONS, RehearsalJob, RehearsalJobState
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.records.rehearsal_files import read_gates, read_scenario_text, scenario_changes
@@ -247,7 +247,10 @@ class RehearsalsScreen(PolledScreen):
         if why := self.runs.why_not():
             self.runs.say(why, Ink.CAUTION)
         else:
-            self.options_bar.ask("rehearse with options (none is fine)", self.runs.default_options())
+            # The options cannot be guessed: they are listed while the question is shown.
+            examples = "  ".join(f"{name} {example}" for name, example in OPTIONS.items())
+            self.runs.say(f"options, none is needed: {examples}   (vehicle@seconds; east,north m/s)")
+            self.options_bar.ask("rehearse with", self.runs.default_options())
 
     @on(PromptBar.Answered, "#options")
     def _options_answered(self, message: PromptBar.Answered) -> None:
