@@ -10,7 +10,7 @@ from tests.screens.rigs.fake_station import FakeStation, trouble
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.core.protocol.common import Freshness, TeamStatus
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import VehicleInfoUpdated
 from tui_gcs.widgets.basics.glyphs import ASCII, as_ascii
@@ -268,3 +268,30 @@ async def test_a_long_hardware_id_is_shown_on_the_fly_screen() -> None:
         c.fly.post_message(VehicleInfoUpdated())
         await c.settle()
         assert "4.7.0-dev  unsigned  38643838..62313233" in c.text()
+
+
+async def test_fifty_vehicles_on_a_high_terminal_leave_room_for_the_planners() -> None:
+    def fifty(station: FakeStation) -> None:
+        station.count = 50
+        station.fly()
+
+    async with console((200, 60), fifty) as c:
+        panel = c.text().split("─ planner ")[1]
+        assert "DEFEND home" in panel and "ATTACK" in panel and "nearest pair" in panel
+
+
+def team_of(zone: str, ratio: float, worker: str = "running") -> TeamStatus:
+    status = FakeStation(MemoryBus()).status().teams[0]
+    return msgspec.structs.replace(status, zone=zone, role="defend", ratio=ratio, worker=worker)
+
+
+async def test_of_more_teams_than_there_is_room_for_the_worst_are_shown_and_the_others_counted() -> None:
+    teams = [team_of(f"zone {n}", 1.0 + n / 10) for n in range(1, 9)] + [team_of("zone 9", 1.0, "dead")]
+    async with console(NARROW) as c:
+        panel = c.fly.brief_panel
+        panel.show(msgspec.structs.replace(c.station.status(), teams=tuple(teams)), None, {})
+        lines = ["".join(text for text, _ in line) for line in panel.lines(28, 7)]
+    assert len(lines) == 7 and lines[-1].startswith("sep ")
+    assert [line[:6] for line in lines[1:5]] == ["zone 9", "zone 8", "zone 7", "zone 6"]
+    assert "dead" in lines[1]
+    assert lines[5] == "5 more teams: M"

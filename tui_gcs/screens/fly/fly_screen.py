@@ -42,6 +42,8 @@ from tui_gcs.widgets.map.map_view import MapView
 from tui_gcs.widgets.map.task_markers import TASKS, task_markers
 
 DETAIL_PERIOD_S, ON_BOARD_PERIOD_S = 1.0, 3.0
+HIGH_LINES, MIN_HIGH_ROSTER = 48, 13
+"""From this height of the terminal on panels are higher; the roster then has at least ten vehicles."""
 MAX_ON_BOARD = 16
 """Stored plans are drawn for at most this many of the selected vehicles."""
 EMPTY_LINES = 6
@@ -57,7 +59,7 @@ class FlyScreen(MapScreen):
     DIGITS_SELECT = True
     """A digit begins the number of a vehicle to select, see `ConsoleApp`."""
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall"), (48, "-high")]
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall"), (HIGH_LINES, "-high")]
     AUTO_FOCUS = None
     CSS = """
     FlyScreen { layout: vertical; }
@@ -255,7 +257,12 @@ class FlyScreen(MapScreen):
 
     def _roster_room(self) -> int:
         """Return the number of lines that the roster may take, so that the panels below have room."""
-        return max(4, self.size.height - (13 if self.size.height < 36 else 29))
+        height = self.size.height
+        if height < HIGH_LINES:
+            return max(4, height - (13 if height < 36 else 29))
+        # Events and details are three lines higher here, and there is room for more teams than two.
+        teams = len(self.feed.status.teams) if self.feed.status is not None else 0
+        return max(MIN_HIGH_ROSTER, height - 35 - 2 * max(0, teams - 2))
 
     def _known_frame(self) -> FleetFrame | None:
         return None if self.feed.station_lost else self.feed.frame

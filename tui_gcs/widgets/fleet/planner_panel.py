@@ -1,5 +1,8 @@
 """How well each team does: worst idleness beside its ideal, coverage, slots, and metrics of its planner."""
 
+import math
+from collections.abc import Sequence
+
 from textual.widget import Widget
 
 from tui_gcs.core.protocol.common import StationStatus, TeamStatus, VehicleRow
@@ -11,7 +14,7 @@ from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import number, outside, packed
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.shown_keys import cut_mark, key_name
-from tui_gcs.widgets.basics.strips import Run, cut_before
+from tui_gcs.widgets.basics.strips import Run, cut, cut_before
 from tui_gcs.widgets.fleet.selected_panel import brief_lines
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
 
@@ -21,6 +24,8 @@ WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "q
 
 SHOWN_BEFORE = frozenset({"bound_s", "ideal_s", "coverage", "slots", "joined"})
 """Metrics of the patrol planner that the lines above show already, as the station measured them."""
+
+BRIEF_NAME_CELLS = 7
 
 
 class PlannerPanel(LinesView):
@@ -40,10 +45,9 @@ class PlannerPanel(LinesView):
         """See `LinesView.lines`."""
         if self._status is None:
             return [[("--", Ink.MUTED)]]
-        lines: list[Line] = []
-        for team in self._status.teams:
-            lines += team_lines(team, self.glyphs)
-        lines += fleet_lines(self._status)
+        fleet = fleet_lines(self._status)
+        teams = [team_lines(team, self.glyphs) for team in self._status.teams]
+        lines = [*as_many(teams, height - len(fleet), key_name(self, "show_planners", "M")), *fleet]
         counted = metric_lines(self._status, width, height - len(lines), cut_mark(self, "show_planners", "M"))
         return [*lines, *counted, *recording_lines(self._status)]
 
@@ -68,7 +72,13 @@ class BriefPanel(LinesView):
         own = self._alarms.get(self._row.id, ()) if self._row is not None else ()
         lines: list[Line] = list(brief_lines(self._row, own, self.glyphs))
         if self._status is not None:
-            lines += [team_brief(team, self.glyphs) for team in self._status.teams]
+            teams = self._status.teams
+            if len(lines) + len(teams) + 1 > height:
+                lines = [line for line in lines if any(text for text, _ in line)]
+                teams = tuple(sorted(teams, key=_badness, reverse=True))
+            same = len({team.role for team in teams}) < len(teams)
+            briefs = [[team_brief(team, self.glyphs, by_zone=same)] for team in teams]
+            lines += as_many(briefs, height - len(lines) - 1, key_name(self, "show_planners", "M"))
             lines.append(fleet_brief(self._status))
             lines += metric_lines(self._status, width, height - len(lines), cut_mark(self, "show_planners", "M"))
         return lines
@@ -78,6 +88,23 @@ def _title(panel: Widget, words: str, status: StationStatus | None) -> str:
     """The title, with the key that shows all metrics if there are any: there is not always room for them."""
     counts = status is not None and any(team.metrics for team in status.teams)
     return f"{words}   {key_name(panel, 'show_planners', 'M')}: all" if counts else words
+
+
+def _badness(team: TeamStatus) -> tuple[bool, float]:
+    """What is shown first where not all teams have room: planners that do not run, then the highest ratio."""
+    return team.worker != "running", team.ratio if math.isfinite(team.ratio) else 0.0
+
+
+def as_many(teams: Sequence[Sequence[Line]], room: int, key: str) -> list[Line]:
+    """The lines of as many teams as fit into `room` lines; the last one counts the others, and names the key."""
+    lines = [line for of_team in teams for line in of_team]
+    if len(lines) <= room:
+        return lines
+    shown = max(0, room - 1) // len(teams[0])
+    return [
+        *(line for of_team in teams[:shown] for line in of_team),
+        [(f"{len(teams) - shown} more teams: {key}", Ink.MUTED)],
+    ]
 
 
 def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
@@ -133,14 +160,17 @@ def _plan_age(team: TeamStatus) -> str:
     return "  no plan" if age_s is None else f"  plan {age_s}s old" if age_s else ""
 
 
-def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
-    """A team in one line, for small terminals."""
+def team_brief(team: TeamStatus, glyphs: GlyphSet, *, by_zone: bool = False) -> list[Run]:
+    """A team in one line, for small terminals; by its role, or `by_zone` where several have the same one."""
     ink = ROLE_INKS.get(team.role, Ink.TEXT)
     state = "" if team.worker == "running" else f" {team.worker}"
     cover = number(seen_pct(team.coverage, 0))
-    text = f" {number(team.worst_idleness_s, 1, 's')} {number(team.ratio, 2)}x cov{cover} {_slots(team)}"
-    text += f"+{team.reserve}" if team.reserve else ""
-    return [(team.role[:3].upper(), ink), (text, Ink.TEXT), (state, WORKER_INKS.get(team.worker, Ink.MUTED))]
+    slots = _slots(team) + (f"+{team.reserve}" if team.reserve else "")
+    text = f" {number(team.worst_idleness_s, 1, 's')} {number(team.ratio, 2)}x"
+    # Zones have longer names: what is seen whole is then not said.
+    text += f" {slots}{'' if cover == '100' else f' c{cover}%'}" if by_zone else f" cov{cover} {slots}"
+    name = cut(team.zone, BRIEF_NAME_CELLS).rstrip() if by_zone else team.role[:3].upper()
+    return [(name, ink), (text, Ink.TEXT), (state, WORKER_INKS.get(team.worker, Ink.MUTED))]
 
 
 def fleet_lines(status: StationStatus) -> list[list[Run]]:
