@@ -22,6 +22,7 @@ from tests.bench.guard import guard
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.hold import hold
 from tests.bench.live import live
+from tests.bench.live_fleet import live_fleet
 from tests.bench.load import latency, load
 from tests.bench.planning.guardian_figures import guardian
 from tests.bench.planning.guardian_flown import guardian_flown
@@ -50,6 +51,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "restart": restart,
     "flood": flood,
     "live": live,
+    "live-fleet": live_fleet,
     "console": console,
     "screens": screens,
     "editing": editing,
@@ -72,6 +74,7 @@ LONG_S = {
     "planning-runs": 350,
     "load": 95,
     "live": 150,
+    "live-fleet": 600,
     "console": 420,
     "screens": 150,
     "files": 70,
@@ -84,7 +87,16 @@ LONG_S = {
 """Parts that take more than a minute say so."""
 RANDOM: dict[str, Callable[[list[str]], int]] = {"fleets": fleets.main, "zones": zones}
 """Parts with arguments of their own: random inputs from a seed."""
-BY_NAME_ONLY = {"commands", "planning-long", "planning-turns", "guardian", "guardian-flown", "guard", "promises"}
+BY_NAME_ONLY = {
+    "commands",
+    "live-fleet",
+    "planning-long",
+    "planning-turns",
+    "guardian",
+    "guardian-flown",
+    "guard",
+    "promises",
+}
 
 
 def main(chosen: list[str]) -> int:
