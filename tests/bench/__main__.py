@@ -15,7 +15,6 @@ from tests.bench import fleets
 from tests.bench.commands import commands
 from tests.bench.console import console
 from tests.bench.decode import decoder
-from tests.bench.editing import editing
 from tests.bench.files import files
 from tests.bench.flood import flood
 from tests.bench.guard import guard
@@ -33,6 +32,7 @@ from tests.bench.planning.turns import planning_turns
 from tests.bench.promises.counted import promises
 from tests.bench.restart import restart
 from tests.bench.row import NotMeasured, Row
+from tests.bench.screens.editing import editing
 from tests.bench.screens.figures import screens
 from tests.bench.sim import sim
 from tests.bench.wire import wire
