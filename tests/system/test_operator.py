@@ -51,7 +51,7 @@ def test_eight_vehicles_one_mission_keys_only(flown: tuple[Operator, str]) -> No
     operator.press("\r", "selected 7")
     operator.press("c", "l  land here")
     operator.press("l", "Enter = do it")
-    operator.press("\r", "land here 7: begun for all 1")
+    operator.press("\r", "land here 7: begun")
     operator.sees("armed 7", 120.0)
 
     operator.press("!", "h HOLD   r return   l land here")

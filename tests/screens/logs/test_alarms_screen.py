@@ -152,9 +152,9 @@ async def test_a_failure_stays_beside_later_notices_until_a_success() -> None:
         c.app.notice("land here 3 NOT DONE: the station does not answer", Severity.WARNING, "land here 3")
         await c.press("4", "enter")
         assert c.line(1).startswith(" land here 3 NOT DONE: the station does not answer  | selected 4")
-        c.app.notice("land here 3: begun for all 1", about="land here 3")
+        c.app.notice("land here 3: begun", about="land here 3")
         await c.settle()
-        assert c.line(1) == " land here 3: begun for all 1"
+        assert c.line(1) == " land here 3: begun"
         for number in range(1, 5):
             c.app.notice(f"shelve {number} NOT DONE", Severity.WARNING)
         await c.settle()

@@ -50,7 +50,7 @@ def summary(title: str, results: Sequence[VehicleProgress]) -> tuple[str, Ink]:
     if waiting:
         return f"{title}: waiting for {ids(waiting)}", Ink.ADVISORY
     word = "done" if all(r.state is OrderState.DONE for r in results) else "begun"
-    return f"{title}: {word} for all {len(results)}", Ink.NORMAL
+    return f"{title}: {word}{'' if len(results) == 1 else f' for all {len(results)}'}", Ink.NORMAL
 
 
 def _hidden_runs(hidden: Sequence[VehicleProgress]) -> list[Run]:
