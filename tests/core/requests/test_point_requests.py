@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from msgspec import structs
 
 from tests.core.rigs.rig import Rig, toml
 from tui_gcs.core.flight.point_table import PointTable
@@ -31,12 +32,22 @@ def add(flight: Rig, *points: NewPoint) -> m.Reply:
 
 
 def test_points_are_added_all_or_none_and_told(flight: Rig) -> None:
-    assert add(flight, NewPoint("well", (10.0, 20.0)), NewPoint("", (30.0, 20.0))).text == "2 added: well, point 1"
+    reply = add(flight, NewPoint("well", (10.0, 20.0)), NewPoint("", (30.0, 20.0)))
+    assert reply.text == "2 added: well, point 1; patrol: not made for tasks, so they may stay open"
     refused = add(flight, NewPoint("new", (0.0, 0.0)), NewPoint("well", (0.0, 0.0)))
     assert (refused.ok, refused.text) == (False, "there is a point well already")
     assert states(flight) == {"well": "open", "point 1": "open"}
     assert [point.name for point in flight.station.publisher.frame().points] == ["well", "point 1"]
     assert [point.name for point in flight.station.publisher.status().points] == ["well", "point 1"]
+
+
+def test_it_is_told_where_no_planner_visits_them(flight: Rig) -> None:
+    patrol = flight.station.parts.config.planners["patrol"]
+    assert add(flight, NewPoint("well", (10.0, 20.0), team="defend")).text.endswith("they may stay open")
+    flight.station.parts.config.planners["patrol"] = structs.replace(patrol, judged_by="tasks")
+    assert add(flight, NewPoint("tower", (10.0, 20.0))).text == "1 added: tower"
+    del flight.station.parts.config.planners["patrol"]
+    assert add(flight, NewPoint("barn", (10.0, 20.0))).text == "1 added: barn", "it has not declared itself yet"
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Requests about tasks from outside: points of interest are added and cancelled."""
 
 from tui_gcs.core.protocol.common import Reply
-from tui_gcs.core.protocol.points import AddPoints, CancelPoints
+from tui_gcs.core.protocol.points import AddPoints, CancelPoints, NewPoint
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.station.assembly import StationParts
 
@@ -11,6 +11,7 @@ class PointRequests:
 
     def __init__(self, parts: StationParts) -> None:
         self._points = parts.flight.points
+        self._parts = parts
 
     def handlers(self) -> dict[type, RequestHandler]:
         """The entries of the request table that this class answers."""
@@ -24,7 +25,7 @@ class PointRequests:
         problem, names = self._points.add(request.points)
         if problem:
             return Reply(ok=False, text=problem)
-        return Reply(ok=True, text=f"{len(request.points)} added: {names}")
+        return Reply(ok=True, text=f"{len(request.points)} added: {names}{self._may_stay_open(request.points)}")
 
     def cancel(self, request: CancelPoints) -> Reply:
         """Cancel open points."""
@@ -33,3 +34,16 @@ class PointRequests:
             done = f"; cancelled: {', '.join(found)}" if found else ""
             return Reply(ok=False, text=f"no open task {', '.join(unknown)}{done}")
         return Reply(ok=True, text=f"cancelled: {', '.join(found) or 'none was open'}")
+
+    def _may_stay_open(self, points: tuple[NewPoint, ...]) -> str:
+        """Return a warning if no planner that they are for declares that it is judged by tasks.
+
+        Nothing is said where a planner has not declared itself yet.
+        """
+        named = {point.team for point in points}
+        teams = [team for team in self._parts.active.scenario.teams if "" in named or team.name in named]
+        planners = {team.planner for team in teams}
+        declared = [self._parts.config.planners.get(name) for name in planners]
+        if any(info is None or info.judged_by == "tasks" for info in declared):
+            return ""
+        return f"; {', '.join(sorted(planners))}: not made for tasks, so they may stay open"
