@@ -17,6 +17,9 @@ from tui_gcs.planner.patrol.tour import evaluate_large, resampled
 from tui_gcs.planner.patrol.tour_site import site_of
 from tui_gcs.planner.patrol.tour_smoothing import TourDraft, TourLimits, draft_of
 
+MIN_WAY_M = 0.25
+"""Lanes over what one place sees may be pulled together beside an obstacle: below this they are no way to fly."""
+
 
 def boustrophedon_worst_s(task: PlannerTask) -> float:
     """Return the worst idleness of the best direction; infinite if none sees every cell."""
@@ -32,7 +35,10 @@ def boustrophedon_worst_s(task: PlannerTask) -> float:
         path = np.vstack([path, path[:1] + 0.5]) if len(path) < 3 else path
         path = region.closed_inside(region.pulled_inside(resampled(path, 3.0)), 3.0)
         # With corners rounded like a vehicle does it, and with sharp ones where that misses a cell.
-        for draft in (draft_of("lanes", path, motion).respaced(2.0), TourDraft("sharp lanes", path, 1.0)):
+        drafts = [draft_of("lanes", path, motion).respaced(2.0), TourDraft("sharp lanes", path, 1.0)]
+        if np.ptp(path, axis=0).max() < MIN_WAY_M:
+            drafts = [site.draft("loop", path[:1])]
+        for draft in drafts:
             found = evaluate_large(site.timed(draft), cells, task.footprint_radius_m, n)
             if found.coverage == 1.0:
                 best_s = min(best_s, found.worst_s)

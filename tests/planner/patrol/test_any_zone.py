@@ -91,6 +91,11 @@ def test_many_vehicles_over_a_small_zone_watch_it_no_worse_than_the_simplest_lan
     assert found.worst_s <= boustrophedon_worst_s(task) + 0.3
 
 
+def test_the_baseline_of_a_zone_that_one_place_sees_is_no_way_of_a_single_point() -> None:
+    drawn = random_scenario(31816470, 7)
+    assert boustrophedon_worst_s(task_of(parse(drawn.toml), drawn.autopilot)) < 0.3
+
+
 def test_what_is_sent_of_a_tour_round_a_no_fly_zone_passes_the_guard() -> None:
     """Set-points are shifted along the acceleration, which points at the zone that a vehicle flies round."""
     mast, around = no_fly(Circle((300.0, 200.0), 12.0)), np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
