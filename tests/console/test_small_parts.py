@@ -20,12 +20,24 @@ from tui_gcs.widgets.basics.glyphs import UNICODE
 from tui_gcs.widgets.basics.number_text import clock, fitted, gps, ids, number, outside
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
-from tui_gcs.widgets.fleet.planner_panel import team_brief, team_lines
+from tui_gcs.widgets.fleet.planner_panel import as_many, team_brief, team_lines
 
 
 @pytest.mark.parametrize(("vehicles", "text"), [((), ""), ((3,), "3"), ((1, 2, 3, 7), "1-3 7"), ((9, 8), "8-9")])
 def test_ids_are_ranges(vehicles: tuple[int, ...], text: str) -> None:
     assert ids(vehicles) == text
+
+
+@pytest.mark.parametrize("room", range(-3, 8))
+@pytest.mark.parametrize("teams", [0, 1, 2, 3])
+def test_teams_without_room_are_counted(teams: int, room: int) -> None:
+    lines = as_many([[[(f"team {i}", Ink.TEXT)], [("its ratio", Ink.TEXT)]] for i in range(teams)], room, "M")
+    words = [line[0][0] for line in lines]
+    if 2 * teams <= max(room, 0):
+        assert len(words) == 2 * teams and "more teams" not in str(words)
+    else:
+        assert words[-1] == f"{teams - (len(words) - 1) // 2} more teams: M"
+        assert len(words) <= max(room, 1)
 
 
 def test_unknown_is_two_dashes() -> None:

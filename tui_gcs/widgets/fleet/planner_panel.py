@@ -96,9 +96,12 @@ def _badness(team: TeamStatus) -> tuple[bool, float]:
 
 
 def as_many(teams: Sequence[Sequence[Line]], room: int, key: str) -> list[Line]:
-    """The lines of as many teams as fit into `room` lines; the last one counts the others, and names the key."""
+    """The lines of as many teams as fit into `room` lines; the last one counts the others, and names the key.
+
+    On a terminal that is too small `room` may be less than nothing.
+    """
     lines = [line for of_team in teams for line in of_team]
-    if len(lines) <= room:
+    if len(lines) <= max(room, 0):
         return lines
     shown = max(0, room - 1) // len(teams[0])
     return [
