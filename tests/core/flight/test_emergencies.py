@@ -126,7 +126,6 @@ def test_one_that_lands_by_its_own_failsafe_has_time_to_disarm(rig: MakeRig, mon
     flight = rig(3).flying().run(10.0)
     assert flight.ask(m.Hold()).ok
     flight.run(6.0)
-    monkeypatch.setattr("tui_gcs.core.flight.emergency_monitor.mode_name", lambda *_: "RTL")
     monkeypatch.setattr("tui_gcs.core.flight.emergency_monitor.comes_down_by", lambda _: "return")
     i = flight.sim_index[2]
     flight.sim._vehicles.flying[i] = False
@@ -134,7 +133,7 @@ def test_one_that_lands_by_its_own_failsafe_has_time_to_disarm(rig: MakeRig, mon
     flight.run(8.0)
     assert "grounded" not in alarms(flight)
     flight.run(5.0)
-    assert alarms(flight)["grounded"] == "it came down in RTL"
+    assert alarms(flight)["grounded"] == "it came down in GUIDED"
 
 
 def test_a_landing_and_a_return_are_no_emergency(rig: MakeRig) -> None:

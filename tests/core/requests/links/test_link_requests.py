@@ -14,6 +14,8 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.link_store import LinkStore
 from tui_gcs.core.requests.links.link_requests import LinkRequests
 
+pytestmark = pytest.mark.xdist_group("link ports")  # fixed ports of this machine, below those it gives out
+
 
 def report(rig: ServiceRig) -> p.LinkReport:
     found = ask(rig, p.GetLinks()).link_report
@@ -92,18 +94,18 @@ def test_another_rate_changes_what_vehicles_are_asked_for(tmp_path: Path) -> Non
 
 def test_a_link_is_added_closed_and_opened_again(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
-    assert ask(rig, p.AddLink("udpin:127.0.0.1:41997")).ok
+    assert ask(rig, p.AddLink("udpin:127.0.0.1:21997")).ok
     rig.run(1.0)
-    assert [link.name for link in report(rig).links] == ["memory", "udpin:127.0.0.1:41997"]
-    assert "open already" in refused(rig, p.AddLink("udpin:127.0.0.1:41997"))
-    assert ask(rig, p.CloseLink("udpin:127.0.0.1:41997")).ok
+    assert [link.name for link in report(rig).links] == ["memory", "udpin:127.0.0.1:21997"]
+    assert "open already" in refused(rig, p.AddLink("udpin:127.0.0.1:21997"))
+    assert ask(rig, p.CloseLink("udpin:127.0.0.1:21997")).ok
     rig.run(1.0)
     closed = report(rig).links[1]
     assert (closed.up, closed.error) == (False, "closed by cli")
-    assert not [alarm for alarm in rig.station.parts.alarms.alarms() if "41997" in alarm.text]
-    assert ask(rig, p.AddLink("udpin:127.0.0.1:41997,rate=5000")).ok
+    assert not [alarm for alarm in rig.station.parts.alarms.alarms() if "21997" in alarm.text]
+    assert ask(rig, p.AddLink("udpin:127.0.0.1:21997,rate=5000")).ok
     assert report(rig).links[1].capacity_bytes_per_s == 5000
-    assert ask(rig, p.CloseLink("udpin:127.0.0.1:41997")).ok
+    assert ask(rig, p.CloseLink("udpin:127.0.0.1:21997")).ok
 
 
 def test_what_would_be_sent_over_a_closed_link_is_counted(tmp_path: Path) -> None:
@@ -151,7 +153,7 @@ def test_a_sim_station_takes_links_of_this_machine_only(tmp_path: Path) -> None:
         assert "SIM station" in refused(rig, p.AddLink(link))
 
 
-ADDED = "udpin:127.0.0.1:41996"
+ADDED = "udpin:127.0.0.1:21996"
 
 
 def restarted(folder: Path, run: str, given: str = "") -> tuple[ServiceRig, LinkRequests]:

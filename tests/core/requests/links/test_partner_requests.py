@@ -16,6 +16,8 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.link_store import LinkStore
 from tui_gcs.core.requests.links.link_requests import LinkRequests
 
+pytestmark = pytest.mark.xdist_group("link ports")  # fixed ports of this machine, below those it gives out
+
 PAUSE, PAUSE_HOLD = 193, {"param1": 0.0}
 
 
@@ -177,14 +179,14 @@ def test_a_closed_partner_is_added_again_with_another_permission(tmp_path: Path)
         ("udpout:127.0.0.1:99999", "not within 1…65535"),
         ("replay:flight.tlog", "a recording is no link"),
         ("udpout:example.org:14550", "give the number"),
-        ("udpout:127.0.0.1:41001,network=north", "no link had network 'north'"),
-        ("udpout:127.0.0.1:41001,rate=500", "a partner has network= only"),
-        ("udpout:127.0.0.1:41001,secure", "a partner has network= only"),
+        ("udpout:127.0.0.1:21001,network=north", "no link had network 'north'"),
+        ("udpout:127.0.0.1:21001,rate=500", "a partner has network= only"),
+        ("udpout:127.0.0.1:21001,secure", "a partner has network= only"),
         ("udpout:255.255.255.255:14550", "no way to 255.255.255.255"),
         ("serial:/dev/no-such-device", "no such device. Plug it in"),
         ("udpin:192.0.2.1:14550", "is not an address of this machine"),
         ("carrier:\x1b[2J\n", "cannot be printed"),
-        ("udpout:127.0.0.1:41001" + "9" * 5000, "too long"),
+        ("udpout:127.0.0.1:21001" + "9" * 5000, "too long"),
         ("", "unknown kind ''"),
     ],
 )
@@ -274,31 +276,31 @@ def open_partners(rig: ServiceRig) -> dict[str, bool]:
 def test_partners_are_there_again_after_a_kill_with_their_permission(tmp_path: Path) -> None:
     given = f"udpin:127.0.0.1:{free_port()}"
     rig, requests = restarted(tmp_path, "run-1", given)
-    asked(requests, p.AddPartner("udpout:127.0.0.1:42101"))
-    asked(requests, p.AddPartner("udpout:127.0.0.1:42102", takes_commands=True))
-    asked(requests, p.AddPartner("udpout:127.0.0.1:42103"))
-    asked(requests, p.ClosePartner("udpout:127.0.0.1:42103"))
+    asked(requests, p.AddPartner("udpout:127.0.0.1:22101"))
+    asked(requests, p.AddPartner("udpout:127.0.0.1:22102", takes_commands=True))
+    asked(requests, p.AddPartner("udpout:127.0.0.1:22103"))
+    asked(requests, p.ClosePartner("udpout:127.0.0.1:22103"))
     asked(requests, p.ClosePartner(given))
     ended(rig)
     again, _ = restarted(tmp_path, "run-1", given)
-    assert open_partners(again) == {"udpout:127.0.0.1:42101": False, "udpout:127.0.0.1:42102": True}
+    assert open_partners(again) == {"udpout:127.0.0.1:22101": False, "udpout:127.0.0.1:22102": True}
     assert again.texts("station") == [
-        "udpout:127.0.0.1:42101 hears the vehicles as before",
-        "udpout:127.0.0.1:42102 hears the vehicles as before; its commands are judged, and may reach vehicles",
+        "udpout:127.0.0.1:22101 hears the vehicles as before",
+        "udpout:127.0.0.1:22102 hears the vehicles as before; its commands are judged, and may reach vehicles",
     ]
     ended(again)
 
 
 def test_a_later_live_start_forwards_again_but_gives_nobody_the_right_to_command(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1")
-    asked(requests, p.AddPartner("udpout:127.0.0.1:42101"))
-    asked(requests, p.AddPartner("udpout:127.0.0.1:42102", takes_commands=True))
+    asked(requests, p.AddPartner("udpout:127.0.0.1:22101"))
+    asked(requests, p.AddPartner("udpout:127.0.0.1:22102", takes_commands=True))
     ended(rig)
     later, _ = restarted(tmp_path, "run-2")
-    assert open_partners(later) == {"udpout:127.0.0.1:42101": False, "udpout:127.0.0.1:42102": False}
+    assert open_partners(later) == {"udpout:127.0.0.1:22101": False, "udpout:127.0.0.1:22102": False}
     first, second = later.texts("station")
-    assert first == "udpout:127.0.0.1:42101 hears the vehicles as before", "never without a word"
-    assert second.startswith("udpout:127.0.0.1:42102 hears the vehicles as before; its commands were allowed")
+    assert first == "udpout:127.0.0.1:22101 hears the vehicles as before", "never without a word"
+    assert second.startswith("udpout:127.0.0.1:22102 hears the vehicles as before; its commands were allowed")
     ended(later)
     last, _ = restarted(tmp_path, "run-3")
     assert [text.endswith("hears the vehicles as before") for text in last.texts("station")] == [True, True]
@@ -319,11 +321,11 @@ def test_what_is_added_in_sim_ends_with_the_run(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1", kind=RunKind.SIM)
     port = free_port()
     until = "; until this SIM station is ended"
-    assert asked(requests, p.AddPartner("udpout:127.0.0.1:42101")).endswith(until)
+    assert asked(requests, p.AddPartner("udpout:127.0.0.1:22101")).endswith(until)
     assert asked(requests, p.AddLink(f"udpin:127.0.0.1:{port}")).endswith(until)
     ended(rig)
     killed, requests = restarted(tmp_path, "run-1", kind=RunKind.SIM)
-    assert open_partners(killed) == {"udpout:127.0.0.1:42101": False}
+    assert open_partners(killed) == {"udpout:127.0.0.1:22101": False}
     assert f"udpin:127.0.0.1:{port}" in killed.station.comms.links
     ended(killed)
     later, _ = restarted(tmp_path, "run-2", kind=RunKind.SIM)
