@@ -186,8 +186,14 @@ def test_a_link_that_is_silent_is_lost_and_not_alarmed_twice(wired: MakeWired) -
     assert alarmed(flight) == []
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(0, marks=pytest.mark.long),
+        pytest.param(1, marks=pytest.mark.endurance),
+        pytest.param(2, marks=pytest.mark.endurance),
+    ],
+)
 def test_an_hour_on_a_link_that_loses_a_third_both_ways(wired: MakeWired, seed: int) -> None:
     chance = random.Random(seed)
     flight = wired(1, wires=[Wire("near", loses=lambda way, data: chance.random() < 0.33)])

@@ -187,6 +187,19 @@ def test_erasing_is_done_when_none_is_listed(tmp_path: Path, autopilot: int) -> 
     assert '"erase logs"' in (tmp_path / "run.jsonl").read_text()
 
 
+def test_erasing_is_done_when_only_the_log_is_left_that_is_being_written(tmp_path: Path) -> None:
+    """A PX4 that logs from its boot on keeps that log: waiting for an empty list took 90 s and failed."""
+    rig, server, logs = make(tmp_path, PX4)
+
+    def erase(_peer: Peer, _fields: Any) -> None:
+        server.logs = {2: (T0 + 60, bytes(len(server.logs[2][1]) + 1000))}
+
+    rig.peers[1].answers["LOG_ERASE"] = erase
+    job = logs.erase(1)
+    assert rig.until(lambda: job.over, 120.0) < 20.0
+    assert job.state is JobState.DONE, job.error
+
+
 def test_logs_are_not_erased_while_armed_and_erasing_is_not_done_while_logs_are_listed(tmp_path: Path) -> None:
     rig, _, logs = make(tmp_path)
     rig.peers[1].armed = True

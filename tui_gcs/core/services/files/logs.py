@@ -42,7 +42,7 @@ class LogService:
         return self.context.jobs.submit(LogDownloadJob(self._channel, vehicle, entry, on_done))
 
     def erase(self, vehicle: int, on_done: Done = None) -> "LogEraseJob":
-        """Submit a job that erases all logs. It is done when the vehicle lists none."""
+        """Submit a job that erases all logs. It is done when the vehicle lists none, or only the one it is writing."""
         return self.context.jobs.submit(LogEraseJob(self._channel, vehicle, on_done))
 
     def _on_entry(self, vehicle: Vehicle, fields: Fields) -> None:
@@ -102,7 +102,10 @@ class LogListJob(Job):
 
 
 class LogEraseJob(Job):
-    """Erases all logs. No autopilot acknowledges LOG_ERASE, so the list is read until it is empty."""
+    """Erases all logs. No autopilot acknowledges LOG_ERASE, so the list is read until it is empty.
+
+    A PX4 that logs from its boot on keeps the log that it is writing: the one that is left and grows.
+    """
 
     def __init__(self, channel: LogChannel, vehicle: int, on_done: Done) -> None:
         super().__init__(vehicle, "erase logs", on_done)
@@ -110,6 +113,8 @@ class LogEraseJob(Job):
         self._lister: LogLister | None = None
         self._sent = 0
         self._look_s = 0.0
+        self._only: LogEntry | None = None
+        """The log that was left alone at the last look."""
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Send the order, unless the vehicle is armed."""
@@ -137,8 +142,10 @@ class LogEraseJob(Job):
         self._lister.tick(now)
         if not self._lister.over:
             return
-        left, self._lister = self._lister.count, None
-        if not left:
+        left, entries, self._lister = self._lister.count, list(self._lister.entries.values()), None
+        before, only = self._only, entries[0] if left == 1 and entries else None
+        self._only = only
+        if not left or (only is not None and before is not None and _has_grown(before, only)):
             self.finish()
         elif now - self.begun_s > ERASE_LONGEST_S:
             self.finish(f"{left} logs are still there")
@@ -154,3 +161,7 @@ class LogEraseJob(Job):
         ):
             self.finish("not sent")
         self._sent += 1
+
+
+def _has_grown(before: LogEntry, now: LogEntry) -> bool:
+    return now.id == before.id and now.size > before.size
