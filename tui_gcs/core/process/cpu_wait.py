@@ -4,9 +4,11 @@ A process that gets no CPU time looks like one that hangs: on a starved computer
 in a row, and each new start made it worse.
 """
 
-from pathlib import Path
+import os
 
-PROC = Path("/proc")
+PROC = "/proc"
+_LONGEST_BYTES = 200
+"""A `schedstat` has three numbers."""
 
 
 def run_delay_s(pid: int) -> float:
@@ -14,14 +16,20 @@ def run_delay_s(pid: int) -> float:
 
     Linux counts it in the second field of each thread's `schedstat`, in nanoseconds; other systems do not.
     """
-    total_ns = 0
+    # Twenty workers have some two hundred threads, and all are looked at several times a second: with pathlib that took
+    # a tenth of the station's CPU time.
+    total_ns, folder = 0, f"{PROC}/{pid}/task"
     try:
-        threads = list((PROC / str(pid) / "task").iterdir())
+        threads = os.listdir(folder)  # noqa: PTH208 - see above
     except OSError:
         return 0.0
     for thread in threads:
         try:
-            total_ns += int((thread / "schedstat").read_text(encoding="ascii").split()[1])
+            file = os.open(f"{folder}/{thread}/schedstat", os.O_RDONLY)
+            try:
+                total_ns += int(os.read(file, _LONGEST_BYTES).split()[1])
+            finally:
+                os.close(file)
         except (OSError, ValueError, IndexError):
             continue  # it has ended meanwhile, or the kernel does not count
     return total_ns / 1e9
