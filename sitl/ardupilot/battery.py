@@ -10,7 +10,7 @@ PACK_SAG = 0.2
 # A level that was reached stays, whatever the voltage is later (measured: latched until 42651 or a reboot).
 GOOD, LOW, CRITICAL = 0, 1, 2
 _THRESHOLDS = ((CRITICAL, "BATT_CRT_VOLT", "BATT_CRT_MAH"), (LOW, "BATT_LOW_VOLT", "BATT_LOW_MAH"))
-_ARMING_CHECKS = (("low", "BATT_LOW_VOLT", "BATT_LOW_MAH"), ("critical", "BATT_CRT_VOLT", "BATT_CRT_MAH"))
+LEVEL_NAMES = {LOW: "low", CRITICAL: "critical"}
 _Limits = tuple[tuple[int, float, float], ...]
 """Level, and the voltage and charge below which it is reached."""
 
@@ -67,9 +67,9 @@ class CopterBattery:
         """Return why this battery refuses arming: its voltage or charge is below a limit now, however briefly."""
         volts, left, params = self.voltage_v, self.left_mah, self._params
         failing = {"below minimum arming voltage": volts < params["BATT_ARM_VOLT"]}
-        for name, volt, mah in _ARMING_CHECKS:
-            failing[f"{name} voltage failsafe"] = volts < params[volt]
-            failing[f"{name} capacity failsafe"] = left < params[mah]
+        for level, volt, mah in reversed(_THRESHOLDS):
+            failing[f"{LEVEL_NAMES[level]} voltage failsafe"] = volts < params[volt]
+            failing[f"{LEVEL_NAMES[level]} capacity failsafe"] = left < params[mah]
         # ArduPilot reports the first only.
         return [f"Battery 1 {text}" for text, fails in failing.items() if fails][:1]
 

@@ -4,7 +4,7 @@ See docs/autopilots.md "Failsafes of ArduCopter".
 """
 
 from sitl.ardupilot.arming import Arming
-from sitl.ardupilot.battery import LOW
+from sitl.ardupilot.battery import LEVEL_NAMES, LOW
 from sitl.ardupilot.fence import ALT_MAX, ALT_MIN, CIRCLE, POLYGON
 from sitl.ardupilot.mode_controller import ModeController
 from sitl.ardupilot.modes import LAND, NEED_POSITION, RTL
@@ -20,7 +20,6 @@ RETURN_ACTIONS = frozenset({2, 3, 4, 6})
 FENCE_US = 100_000
 """The fence is checked this often."""
 _FENCE_NAMES = {ALT_MAX: "Max Alt", CIRCLE: "Circle", POLYGON: "Polygon", ALT_MIN: "Min Alt"}
-_LEVEL_NAMES = ("low", "critical")
 
 
 class CopterFailsafes(Part):
@@ -76,7 +75,7 @@ class CopterFailsafes(Part):
             return
         volts, used_mah = battery.voltage_v, battery.consumed_mah
         self._outbox.text(
-            MavSeverity.WARNING, f"Battery 1 is {_LEVEL_NAMES[level - 1]} {volts:.2f}V used {used_mah:.0f} mAh"
+            MavSeverity.WARNING, f"Battery 1 is {LEVEL_NAMES[level]} {volts:.2f}V used {used_mah:.0f} mAh"
         )
         action = int(self._params["BATT_FS_LOW_ACT" if level == LOW else "BATT_FS_CRT_ACT"])
         if action <= 0:

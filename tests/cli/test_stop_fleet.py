@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from tests.rigs.captured_command import CapturedCommand
 from tests.rigs.console_pty import PtyConsole
 from tests.rigs.own_station import Watcher, processes, station_in, until
 from tests.screens.rigs.fake_station import FakeStation
@@ -28,28 +29,19 @@ from tui_gcs.core.scenario.load import load
 SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
 
 
-class Shell:
+class Shell(CapturedCommand):
     """Runs a stop in this process against a station on paper; its time passes while the command waits."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
         self.station = FakeStation(MemoryBus())
         self.station.fly()
-        self._capsys = capsys
+        super().__init__(capsys)
         monkeypatch.setattr(stop_fleet, "which", lambda named: RunKind.SIM)
         monkeypatch.setattr(stop_fleet, "join", lambda kind: BusSession(self.station.bus))
         # Not time.monotonic itself: asyncio waits by it.
         clock = SimpleNamespace(sleep=self.station.tick, monotonic=lambda: self.station.t_s)
         monkeypatch.setattr(stop_fleet, "time", clock)
         monkeypatch.setattr(sys, "stdin", None)  # a stop never asks
-
-    def run(self, *words: str) -> tuple[int, str, str]:
-        code = main([*words])
-        out = self._capsys.readouterr()
-        return code, out.out, out.err
-
-    def report(self, *words: str) -> tuple[int, dict]:
-        code, out, _ = self.run(*words, "--json")
-        return code, json.loads(out)
 
 
 @pytest.fixture

@@ -16,6 +16,9 @@ import msgspec
 from tui_gcs.cli.common import check_writable
 from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK, CommandError, ReportCode
 from tui_gcs.core.base import regular_file
+from tui_gcs.core.base.text import clean
+
+MAX_REPLY_CELLS = 400
 
 
 class VehicleReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -53,6 +56,14 @@ def finish(arguments: argparse.Namespace, report: CommandReport, code: int | Non
     if arguments.output is not None and not _written(arguments.output, report):
         return CANNOT
     return exit_code
+
+
+def finish_reply(arguments: argparse.Namespace, *, ok: bool, text: str) -> int:
+    """Print what a station did, or on stderr why it refused, and report it; return the exit code."""
+    shown = clean(text, MAX_REPLY_CELLS)
+    if not (ok and arguments.json):
+        (sys.stdout if ok else sys.stderr).write(f"{shown}\n")
+    return finish(arguments, CommandReport(ok, ReportCode.NONE if ok else ReportCode.REFUSED, shown))
 
 
 def check_output(arguments: argparse.Namespace) -> None:

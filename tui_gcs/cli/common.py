@@ -9,9 +9,9 @@ import time
 from collections.abc import Collection
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from tui_gcs.cli.exit_codes import CommandError
+from tui_gcs.cli.exit_codes import CommandError, ReportCode
 from tui_gcs.client.launcher import START_LIMIT_S, is_running, start_error
 from tui_gcs.core.base.directories import ConfigError, socket_path
 from tui_gcs.core.base.open_files import require_open_files
@@ -20,11 +20,17 @@ from tui_gcs.core.base.run_kind import RunKind
 # What takes long to load (Zenoh, msgspec, shapely) is imported where it is used: `tui-gcs --help` takes 0.1 s.
 if TYPE_CHECKING:
     from tui_gcs.core.links import LinkSpec
+    from tui_gcs.core.protocol.base import Message
+    from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.protocol.planning import PlannerInfo
     from tui_gcs.core.protocol.zenoh_bus import ZenohBus
     from tui_gcs.core.scenario.model import Scenario
     from tui_gcs.planner.runtime.planner_file import PlannerFile
 
+M = TypeVar("M", bound="Message")
+
+PRINCIPAL = "cli"
+"""The name under which commands ask a station."""
 # The size of a plain terminal, also over SSH.
 MIN_COLUMNS, MIN_LINES = 80, 24
 MAX_CELLS = 500
@@ -216,6 +222,21 @@ def join(kind: RunKind) -> "ZenohBus":
                 )
             raise CommandError(f"the {kind} station did not start: {problem}")
         time.sleep(0.05)
+
+
+def ask(bus: "Bus", request: "Message", answer: type[M], advice: str = "") -> M:
+    """Return the station's answer to one request; `advice` says what to do where none comes. Raises `CommandError`."""
+    import msgspec
+
+    from tui_gcs.core.protocol.bus import REQUEST, BusError
+    from tui_gcs.core.protocol.common import decode, encode
+
+    try:
+        return decode(bus.ask(REQUEST.format(principal=PRINCIPAL), encode(request)), answer)
+    except BusError as error:
+        raise CommandError(f"{error}{advice}", ReportCode.NO_ANSWER) from None
+    except msgspec.MsgspecError:
+        raise CommandError("the station's answer cannot be read: another version of tui-gcs?") from None
 
 
 def check_links(links: list[str]) -> None:

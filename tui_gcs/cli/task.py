@@ -6,33 +6,28 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
-
-from tui_gcs.cli.command_report import CommandReport, finish
-from tui_gcs.cli.common import join
-from tui_gcs.cli.exit_codes import CommandError, ReportCode
+from tui_gcs.cli.command_report import CommandReport, finish, finish_reply
+from tui_gcs.cli.common import PRINCIPAL, ask, join
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.station_control import which
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.point_files import PointFileError, read_points
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.protocol.bus import REQUEST, Bus, BusError
+from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import (
     PROTOCOL,
     AddPoints,
-    AnyRequest,
     CancelPoints,
     GetScenario,
     Hello,
     PointOfInterest,
     Reply,
     StationStatus,
-    decode,
-    encode,
 )
 from tui_gcs.core.protocol.points import NewPoint
 
-PRINCIPAL = "cli"
+ADVICE = ": the station may still do it; `tui-gcs task list` shows"
 MAX_FILE_BYTES = 1_000_000
 
 
@@ -45,26 +40,17 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.what == "list":
             return show(_status(bus), arguments)
         if arguments.what == "cancel":
-            return _tell(ask(bus, CancelPoints(tuple(arguments.names))), arguments)
-        return _tell(ask(bus, AddPoints(tuple(asked_points(arguments, frame_of(bus))))), arguments)
+            reply = ask(bus, CancelPoints(tuple(arguments.names)), Reply, ADVICE)
+        else:
+            reply = ask(bus, AddPoints(tuple(asked_points(arguments, frame_of(bus)))), Reply, ADVICE)
     finally:
         bus.close()
-
-
-def ask(bus: Bus, request: AnyRequest) -> Reply:
-    """Return the station's answer. Raises `CommandError`."""
-    try:
-        return decode(bus.ask(REQUEST.format(principal=PRINCIPAL), encode(request)), Reply)
-    except BusError as error:
-        text = f"{error}: the station may still do it; `tui-gcs task list` shows"
-        raise CommandError(text, ReportCode.NO_ANSWER) from None
-    except msgspec.MsgspecError:
-        raise CommandError("the station's answer cannot be read: another version of tui-gcs?") from None
+    return finish_reply(arguments, ok=reply.ok, text=reply.text)
 
 
 def frame_of(bus: Bus) -> LocalFrame:
     """Return the local frame of the scenario that is flown. Raises `CommandError`."""
-    reply = ask(bus, GetScenario())
+    reply = ask(bus, GetScenario(), Reply, ADVICE)
     if reply.scenario is None:
         raise CommandError(clean(reply.text) or "the station has no scenario")
     return LocalFrame(reply.scenario.scenario.origin)
@@ -106,7 +92,7 @@ def _pair(option: str, text: str) -> tuple[float, float]:
 
 
 def _status(bus: Bus) -> StationStatus:
-    reply = ask(bus, Hello(PROTOCOL, PRINCIPAL))
+    reply = ask(bus, Hello(PROTOCOL, PRINCIPAL), Reply, ADVICE)
     if reply.status is None:
         raise CommandError(clean(reply.text) or "the station says nothing of its state")
     return reply.status
@@ -144,11 +130,3 @@ def _row(point: PointOfInterest, now_s: float) -> dict[str, object]:
         "left_s": left_s if left_s is None else round(left_s, 1),
         "vehicle": point.vehicle or None,
     }
-
-
-def _tell(reply: Reply, arguments: argparse.Namespace) -> int:
-    text = clean(reply.text, 400)
-    if not (reply.ok and arguments.json):
-        out = sys.stdout if reply.ok else sys.stderr
-        out.write(f"{text}\n")
-    return finish(arguments, CommandReport(reply.ok, ReportCode.NONE if reply.ok else ReportCode.REFUSED, text))

@@ -1,6 +1,5 @@
 """`tui-gcs link` and `tui-gcs forward` on a station on paper, and on a real one with a real partner."""
 
-import json
 import socket
 import sys
 from collections.abc import Iterator
@@ -10,6 +9,7 @@ import pytest
 
 from tests.core.rigs.link_rig import free_port
 from tests.core.rigs.service_rig import Peer, ServiceRig
+from tests.rigs.captured_command import CapturedCommand
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.links import verbs
 from tui_gcs.cli.main import main
@@ -18,24 +18,15 @@ from tui_gcs.core.protocol.bus import BusSession
 from tui_gcs.core.protocol.common import EventClass
 
 
-class Shell:
+class Shell(CapturedCommand):
     """Runs a command in this process against a whole station on a virtual clock."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
         self.rig = ServiceRig(folder, Peer(1)).heard()
-        self._capsys = capsys
+        super().__init__(capsys)
         monkeypatch.setattr(verbs, "which", lambda named: RunKind.LIVE)
         monkeypatch.setattr(verbs, "join", lambda kind: BusSession(self.rig.bus))
         monkeypatch.setattr(sys, "stdin", None)  # nothing is asked
-
-    def run(self, *words: str) -> tuple[int, str, str]:
-        code = main([*words])
-        out = self._capsys.readouterr()
-        return code, out.out, out.err
-
-    def report(self, *words: str) -> tuple[int, dict]:
-        code, out, _ = self.run(*words, "--json")
-        return code, json.loads(out)
 
 
 @pytest.fixture

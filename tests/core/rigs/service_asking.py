@@ -4,6 +4,7 @@ from tests.core.rigs.service_rig import PX4, Fields, Peer, ServiceRig
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.bus import REQUEST
+from tui_gcs.core.requests.links.link_requests import LinkRequests
 
 
 def ask(rig: ServiceRig, request: m.Request, principal: str = "cli") -> s.ServiceReply:
@@ -42,3 +43,8 @@ def takes_modes(peer: Peer, fields: Fields) -> None:
 
 def obedient(system: int = 1, **traits: object) -> Peer:
     return Peer(system, answers={"COMMAND_LONG": takes_modes}, **traits)  # type: ignore[arg-type]
+
+
+def answer_text(requests: LinkRequests, request: m.Request) -> str:
+    """What a console is answered by the handler itself, without a bus."""
+    return requests.handlers()[type(request)].answer("console-1", request).text

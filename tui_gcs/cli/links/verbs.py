@@ -6,13 +6,12 @@ import sys
 
 import msgspec
 
-from tui_gcs.cli.command_report import CommandReport, finish
-from tui_gcs.cli.common import join
-from tui_gcs.cli.exit_codes import CommandError, ReportCode
+from tui_gcs.cli.command_report import CommandReport, finish, finish_reply
+from tui_gcs.cli.common import ask, join
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.station_control import which
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.protocol.bus import REQUEST, Bus, BusError
-from tui_gcs.core.protocol.common import decode, encode
+from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.link_report import (
     AddLink,
     AddPartner,
@@ -26,7 +25,7 @@ from tui_gcs.core.protocol.link_report import (
 )
 from tui_gcs.core.protocol.services import LinkChange, ServiceReply
 
-PRINCIPAL = "cli"
+ADVICE = ": the station may still do it; `list` shows"
 NO_LIMIT = "none"
 MAX_CELLS = 400
 
@@ -39,9 +38,10 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         if change is None:
             return show(report_of(bus), arguments)
-        return tell(ask(bus, change), arguments)
+        reply = ask(bus, change, ServiceReply, ADVICE)
     finally:
         bus.close()
+    return finish_reply(arguments, ok=reply.ok, text=reply.text)
 
 
 def change_of(arguments: argparse.Namespace) -> LinkChange:
@@ -63,20 +63,9 @@ def bytes_per_s(text: str) -> int | None:
     raise CommandError(f"{clean(text, 40)!r} is no rate: whole bytes per second, or none")
 
 
-def ask(bus: Bus, request: LinkChange | GetLinks) -> ServiceReply:
-    """Return the station's answer. Raises `CommandError`."""
-    try:
-        return decode(bus.ask(REQUEST.format(principal=PRINCIPAL), encode(request)), ServiceReply)
-    except BusError as error:
-        text = f"{error}: the station may still do it; `list` shows"
-        raise CommandError(text, ReportCode.NO_ANSWER) from None
-    except msgspec.MsgspecError:
-        raise CommandError("the station's answer cannot be read: another version of tui-gcs?") from None
-
-
 def report_of(bus: Bus) -> LinkReport:
     """Return links and partners as they are now. Raises `CommandError`."""
-    reply = ask(bus, GetLinks())
+    reply = ask(bus, GetLinks(), ServiceReply, ADVICE)
     if reply.link_report is None:
         raise CommandError(clean(reply.text, MAX_CELLS) or "the station says nothing of its links")
     return reply.link_report
@@ -120,11 +109,3 @@ def origin(row: LinkRow | PartnerRow) -> str:
     if not row.is_added:
         return "given at the start"
     return "added, kept" if row.is_kept else "added, until the station ends"
-
-
-def tell(reply: ServiceReply, arguments: argparse.Namespace) -> int:
-    """Print what was done, or on stderr why not."""
-    text = clean(reply.text, MAX_CELLS)
-    if not (reply.ok and arguments.json):
-        (sys.stdout if reply.ok else sys.stderr).write(f"{text}\n")
-    return finish(arguments, CommandReport(reply.ok, ReportCode.NONE if reply.ok else ReportCode.REFUSED, text))

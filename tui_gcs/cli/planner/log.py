@@ -8,17 +8,15 @@ from datetime import UTC, datetime
 import msgspec
 
 from tui_gcs.cli.command_report import CommandReport, finish
-from tui_gcs.cli.common import join
-from tui_gcs.cli.exit_codes import CommandError, ReportCode
+from tui_gcs.cli.common import ask, join
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.planner.parser import LOG_LEVELS
 from tui_gcs.cli.station_control import which
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.protocol.bus import REQUEST, Bus, BusError
-from tui_gcs.core.protocol.common import decode, encode
+from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.planner_log import GetPlannerLog, PlannerLogFilter, PlannerLogLine, PlannerLogPiece
 from tui_gcs.core.protocol.services import ServiceReply
 
-PRINCIPAL = "cli"
 LOOK_S = 0.5
 """Time between two looks for new lines."""
 MAX_LINES = 10_000
@@ -49,12 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def piece_of(bus: Bus, request: GetPlannerLog) -> PlannerLogPiece:
     """Return the piece that a request asks for. Raises `CommandError`."""
-    try:
-        reply = decode(bus.ask(REQUEST.format(principal=PRINCIPAL), encode(request)), ServiceReply)
-    except BusError as error:
-        raise CommandError(str(error), ReportCode.NO_ANSWER) from None
-    except msgspec.MsgspecError:
-        raise CommandError("the station's answer cannot be read: another version of tui-gcs?") from None
+    reply = ask(bus, request, ServiceReply)
     if reply.planner_log is None:
         raise CommandError(clean(reply.text))
     return reply.planner_log

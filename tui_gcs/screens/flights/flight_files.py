@@ -10,6 +10,7 @@ from pathlib import Path
 
 from textual.screen import Screen
 
+from tui_gcs.actions.replay_times import DAY_S
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.records.flight_archive import FlightArchive, RecordedFlight, delete_flight
@@ -20,14 +21,13 @@ from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.flights.flight_lists import length_words, size_words
 
-DAY_S = 86_400
 MAX_LINES = 4
 """The last lines of an export's output are shown."""
 
 
 def time_of_day(wall_s: float) -> str:
     """Return a time in seconds as `12:41:07.3Z`, for a command line."""
-    tenths = round(wall_s * 10) % (10 * DAY_S)
+    tenths = round(wall_s * 10) % round(10 * DAY_S)
     return f"{tenths // 36_000:02d}:{tenths // 600 % 60:02d}:{tenths % 600 / 10:04.1f}Z"
 
 

@@ -10,6 +10,7 @@ from tui_gcs.core.protocol.link_report import (
     PartnerRow,
     SetLinkRate,
 )
+from tui_gcs.core.protocol.services import LinkChange
 from tui_gcs.screens.common.screen_edits import ScreenEdits
 from tui_gcs.screens.common.sure_dialog import SureDialog
 from tui_gcs.widgets.basics.palette import Ink
@@ -94,10 +95,10 @@ class LinkEdits(ScreenEdits):
 
         self._host.app.push_screen(SureDialog(title, reasons, does, self._glyphs, self._clock), answered)
 
-    def _send(self, request: AddLink | CloseLink | SetLinkRate | AddPartner | ClosePartner) -> None:
+    def _send(self, request: LinkChange) -> None:
         self._host.run_worker(self._carry_out(request), group="links", exit_on_error=False)
 
-    async def _carry_out(self, request: AddLink | CloseLink | SetLinkRate | AddPartner | ClosePartner) -> None:
+    async def _carry_out(self, request: LinkChange) -> None:
         reply = await self._feed.requests.send(request)
         if reply.ok:
             self.say(reply.text, Ink.NORMAL)

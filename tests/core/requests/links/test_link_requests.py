@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.core.rigs.service_asking import ask
+from tests.core.rigs.service_asking import answer_text, ask
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.links import open_link
@@ -167,11 +167,6 @@ def restarted(folder: Path, run: str, given: str = "") -> tuple[ServiceRig, Link
     return rig, requests
 
 
-def asked(requests: LinkRequests, request: object) -> str:
-    handler = requests.handlers()[type(request)]
-    return handler.answer("console-1", request).text  # type: ignore[arg-type]
-
-
 def links_of(rig: ServiceRig) -> dict[str, tuple[bool, int | None]]:
     links = rig.station.comms.links
     return {name: (not link.is_closed, link.spec.bytes_per_s) for name, link in links.items()}
@@ -185,9 +180,9 @@ def ended(rig: ServiceRig) -> None:
 
 def test_changes_of_links_are_there_again_after_a_kill(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1")
-    assert asked(requests, p.AddLink(f"{ADDED},rate=9000")) == f"link {ADDED} is open (at 9000 B/s)"
-    assert asked(requests, p.SetLinkRate(ADDED, 5000)) == f"link {ADDED} at 5000 B/s"
-    assert asked(requests, p.CloseLink("memory")) == "link memory is closed"
+    assert answer_text(requests, p.AddLink(f"{ADDED},rate=9000")) == f"link {ADDED} is open (at 9000 B/s)"
+    assert answer_text(requests, p.SetLinkRate(ADDED, 5000)) == f"link {ADDED} at 5000 B/s"
+    assert answer_text(requests, p.CloseLink("memory")) == "link memory is closed"
     ended(rig)
     again, _ = restarted(tmp_path, "run-1")
     assert links_of(again) == {"memory": (False, None), ADDED: (True, 5000)}
@@ -197,7 +192,7 @@ def test_changes_of_links_are_there_again_after_a_kill(tmp_path: Path) -> None:
 
 def test_the_options_of_a_link_are_said_and_there_again_after_a_kill(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1")
-    text = asked(requests, p.AddLink(f"{ADDED},secure,highlatency"))
+    text = answer_text(requests, p.AddLink(f"{ADDED},secure,highlatency"))
     assert text == f"link {ADDED} is open (secure, so keys may be sent; highlatency, so commands only)"
     ended(rig)
     for run in ("run-1", "run-2"):
@@ -209,8 +204,8 @@ def test_the_options_of_a_link_are_said_and_there_again_after_a_kill(tmp_path: P
 
 def test_a_link_of_the_command_line_keeps_the_options_with_which_it_was_opened_again(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1", given=ADDED)
-    asked(requests, p.CloseLink(ADDED))
-    asked(requests, p.AddLink(f"{ADDED},secure,rate=9000"))
+    answer_text(requests, p.CloseLink(ADDED))
+    answer_text(requests, p.AddLink(f"{ADDED},secure,rate=9000"))
     ended(rig)
     again, _ = restarted(tmp_path, "run-1", given=ADDED)
     spec = again.station.comms.links[ADDED].spec
@@ -224,14 +219,14 @@ def test_a_link_of_the_command_line_keeps_the_options_with_which_it_was_opened_a
 
 def test_a_new_start_has_its_own_links_and_those_that_were_added(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1")
-    asked(requests, p.AddLink(ADDED))
-    asked(requests, p.SetLinkRate("memory", 5000))
-    asked(requests, p.CloseLink("memory"))
+    answer_text(requests, p.AddLink(ADDED))
+    answer_text(requests, p.SetLinkRate("memory", 5000))
+    answer_text(requests, p.CloseLink("memory"))
     ended(rig)
     later, requests = restarted(tmp_path, "run-2")
     assert links_of(later) == {"memory": (True, None), ADDED: (True, None)}
     assert {row.name: row.is_added for row in report(later).links} == {"memory": False, ADDED: True}
-    asked(requests, p.CloseLink(ADDED))
+    answer_text(requests, p.CloseLink(ADDED))
     assert {row.name: row.is_added for row in report(later).links} == {"memory": False, ADDED: True}
     ended(later)
     last, _ = restarted(tmp_path, "run-3")
@@ -240,7 +235,7 @@ def test_a_new_start_has_its_own_links_and_those_that_were_added(tmp_path: Path)
 
 def test_what_cannot_be_done_again_is_one_line(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1")
-    asked(requests, p.AddLink(ADDED))
+    answer_text(requests, p.AddLink(ADDED))
     other, _ = restarted(tmp_path, "run-1")  # the port is taken
     texts = other.texts("station")
     assert len(texts) == 1 and texts[0].startswith(f"link {ADDED} is not as it was left on the links screen: ")
@@ -260,7 +255,7 @@ def test_a_link_that_cannot_be_opened_again_can_be_forgotten(tmp_path: Path) -> 
     rig, requests = restarted(tmp_path, "run-1")
     (text,) = rig.texts("station")
     assert "no link had network 'north'" in text and text.endswith("; `tui-gcs link close` forgets it")
-    assert asked(requests, p.CloseLink("udpin:127.0.0.1:9")).endswith("is not opened by later stations any more")
+    assert answer_text(requests, p.CloseLink("udpin:127.0.0.1:9")).endswith("is not opened by later stations any more")
     again, _ = restarted(tmp_path, "run-2")
     assert again.texts("station") == []
 
@@ -282,4 +277,4 @@ def test_hostile_names_in_the_file_are_refused_in_clean_words(tmp_path: Path) ->
 def test_a_disk_that_takes_nothing_is_said_with_the_change(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1))
     rig.station.parts.config.link_store = LinkStore(tmp_path / "nowhere" / "links.json", "run-1")
-    assert "; NOT kept for a restart: " in asked(LinkRequests(rig.station.parts), p.SetLinkRate("memory", 5000))
+    assert "; NOT kept for a restart: " in answer_text(LinkRequests(rig.station.parts), p.SetLinkRate("memory", 5000))

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.core.rigs.link_rig import free_port
-from tests.core.rigs.service_asking import ask
+from tests.core.rigs.service_asking import answer_text, ask
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.encode import Encoder
@@ -263,11 +263,6 @@ def restarted(folder: Path, run: str, *given: str, kind: RunKind = RunKind.LIVE)
     return rig, requests
 
 
-def asked(requests: LinkRequests, request: object) -> str:
-    handler = requests.handlers()[type(request)]
-    return handler.answer("console-1", request).text  # type: ignore[arg-type]
-
-
 def open_partners(rig: ServiceRig) -> dict[str, bool]:
     """By name, whether its commands are judged."""
     return {port.link.name: port.commands for port in rig.station.comms.forwarder.ports if not port.is_closed}
@@ -276,11 +271,11 @@ def open_partners(rig: ServiceRig) -> dict[str, bool]:
 def test_partners_are_there_again_after_a_kill_with_their_permission(tmp_path: Path) -> None:
     given = f"udpin:127.0.0.1:{free_port()}"
     rig, requests = restarted(tmp_path, "run-1", given)
-    asked(requests, p.AddPartner("udpout:127.0.0.1:22101"))
-    asked(requests, p.AddPartner("udpout:127.0.0.1:22102", takes_commands=True))
-    asked(requests, p.AddPartner("udpout:127.0.0.1:22103"))
-    asked(requests, p.ClosePartner("udpout:127.0.0.1:22103"))
-    asked(requests, p.ClosePartner(given))
+    answer_text(requests, p.AddPartner("udpout:127.0.0.1:22101"))
+    answer_text(requests, p.AddPartner("udpout:127.0.0.1:22102", takes_commands=True))
+    answer_text(requests, p.AddPartner("udpout:127.0.0.1:22103"))
+    answer_text(requests, p.ClosePartner("udpout:127.0.0.1:22103"))
+    answer_text(requests, p.ClosePartner(given))
     ended(rig)
     again, _ = restarted(tmp_path, "run-1", given)
     assert open_partners(again) == {"udpout:127.0.0.1:22101": False, "udpout:127.0.0.1:22102": True}
@@ -293,8 +288,8 @@ def test_partners_are_there_again_after_a_kill_with_their_permission(tmp_path: P
 
 def test_a_later_live_start_forwards_again_but_gives_nobody_the_right_to_command(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1")
-    asked(requests, p.AddPartner("udpout:127.0.0.1:22101"))
-    asked(requests, p.AddPartner("udpout:127.0.0.1:22102", takes_commands=True))
+    answer_text(requests, p.AddPartner("udpout:127.0.0.1:22101"))
+    answer_text(requests, p.AddPartner("udpout:127.0.0.1:22102", takes_commands=True))
     ended(rig)
     later, _ = restarted(tmp_path, "run-2")
     assert open_partners(later) == {"udpout:127.0.0.1:22101": False, "udpout:127.0.0.1:22102": False}
@@ -312,7 +307,9 @@ def test_a_partner_that_cannot_be_opened_again_can_be_forgotten(tmp_path: Path) 
     rig, requests = restarted(tmp_path, "run-1")
     (text,) = rig.texts("station")
     assert "no link had network 'north'" in text and text.endswith("; `tui-gcs forward close` forgets it")
-    assert asked(requests, p.ClosePartner("udpout:127.0.0.1:9")).endswith("is not opened by later stations any more")
+    assert answer_text(requests, p.ClosePartner("udpout:127.0.0.1:9")).endswith(
+        "is not opened by later stations any more"
+    )
     again, _ = restarted(tmp_path, "run-2")
     assert again.texts("station") == []
 
@@ -321,8 +318,8 @@ def test_what_is_added_in_sim_ends_with_the_run(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1", kind=RunKind.SIM)
     port = free_port()
     until = "; until this SIM station is ended"
-    assert asked(requests, p.AddPartner("udpout:127.0.0.1:22101")).endswith(until)
-    assert asked(requests, p.AddLink(f"udpin:127.0.0.1:{port}")).endswith(until)
+    assert answer_text(requests, p.AddPartner("udpout:127.0.0.1:22101")).endswith(until)
+    assert answer_text(requests, p.AddLink(f"udpin:127.0.0.1:{port}")).endswith(until)
     ended(rig)
     killed, requests = restarted(tmp_path, "run-1", kind=RunKind.SIM)
     assert open_partners(killed) == {"udpout:127.0.0.1:22101": False}
@@ -337,8 +334,8 @@ def test_what_is_added_in_sim_ends_with_the_run(tmp_path: Path) -> None:
 def test_a_partner_of_the_command_line_is_open_at_the_next_start(tmp_path: Path) -> None:
     given = f"udpin:127.0.0.1:{free_port()}"
     rig, requests = restarted(tmp_path, "run-1", given)
-    asked(requests, p.ClosePartner(given))
-    asked(requests, p.AddPartner(given, takes_commands=True))
+    answer_text(requests, p.ClosePartner(given))
+    answer_text(requests, p.AddPartner(given, takes_commands=True))
     ended(rig)
     killed, _ = restarted(tmp_path, "run-1", given)
     assert open_partners(killed) == {given: True}
@@ -351,7 +348,7 @@ def test_a_partner_of_the_command_line_is_open_at_the_next_start(tmp_path: Path)
 def test_a_partner_that_cannot_be_opened_again_is_one_line(tmp_path: Path) -> None:
     rig, requests = restarted(tmp_path, "run-1")
     link = f"udpin:127.0.0.1:{free_port()}"
-    asked(requests, p.AddPartner(link))
+    answer_text(requests, p.AddPartner(link))
     other, _ = restarted(tmp_path, "run-1")  # the port is taken
     assert [text.startswith(f"partner {link} is not as it was left: ") for text in other.texts("station")] == [True]
     ended(rig)

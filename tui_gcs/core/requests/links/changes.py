@@ -41,6 +41,20 @@ def keep_added(store: LinkStore | None, change: Callable[[LinkStore], None]) -> 
     return keep(store, change) or ends
 
 
+def make_again(parts: StationParts, complaint: str, change: Callable[[], object], forgets: str = "") -> bool:
+    """Make an earlier change again at the start of a station; return whether it could be made.
+
+    Else one event begins with `complaint` and says why; `forgets` is the command that ends the attempts.
+    """
+    try:
+        change()
+    except LinkRefusedError as error:
+        advice = f"; {forgets} forgets it" if forgets else ""
+        report_event(parts, f"{complaint}: {clean(str(error), 150)}{advice}")
+        return False
+    return True
+
+
 def report_event(parts: StationParts, text: str, severity: int = WARNING) -> None:
     """Report what became of an earlier change at the start of a station."""
     parts.records.events.report(EventClass.CONNECTION, "station", clean(text, 300), severity)

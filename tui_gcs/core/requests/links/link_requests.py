@@ -19,9 +19,9 @@ from tui_gcs.core.records.event_log import NOTICE
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.requests.links.address_checks import check_address, opened, parsed
 from tui_gcs.core.requests.links.changes import (
-    LinkRefusedError,
     keep,
     keep_added,
+    make_again,
     refuse,
     reply_of,
     report_event,
@@ -73,7 +73,7 @@ class LinkRequests:
         for name, text in store.added.items():
             if name in self._comms.links:
                 store.forget_added(name)  # the command line names it now
-            elif self._recall_one(name, partial(self._open_new, text), "; `tui-gcs link close`"):
+            elif self._recall_one(name, partial(self._open_new, text), "`tui-gcs link close`"):
                 report_event(self._parts, f"link {clean(name, 60)} is open as before", NOTICE)
         for name, by in store.closed.items():
             self._recall_one(name, partial(self._close_again, name, by))
@@ -96,15 +96,9 @@ class LinkRequests:
         self._rate_open(self._open(name), bytes_per_s)
 
     def _recall_one(self, name: str, change: Callable[[], object], forgets: str = "") -> bool:
-        """Make a change again, and report it if it cannot be made; `forgets` is the command that ends that."""
-        try:
-            change()
-        except LinkRefusedError as error:
-            advice = f"{forgets} forgets it" if forgets else ""
-            text = f"is not as it was left on the links screen: {clean(str(error), 150)}{advice}"
-            report_event(self._parts, f"link {clean(name, 60)} {text}")
-            return False
-        return True
+        """Make one change again; see `make_again`."""
+        complaint = f"link {clean(name, 60)} is not as it was left on the links screen"
+        return make_again(self._parts, complaint, change, forgets)
 
     # ---------------------------------------------------------------- changing
 

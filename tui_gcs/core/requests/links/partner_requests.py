@@ -17,9 +17,9 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.requests.links.address_checks import check_address, opened, parsed
 from tui_gcs.core.requests.links.changes import (
-    LinkRefusedError,
     keep,
     keep_added,
+    make_again,
     refuse,
     reply_of,
     report_event,
@@ -61,20 +61,12 @@ class PartnerRequests:
         for name, (text, takes_commands) in store.partners.items():
             if self._open(name) is not None:
                 store.forget_partner(name)  # the command line names it now
-            elif self._recall_one(name, partial(self._open_new, text, takes_commands), "; `tui-gcs forward close`"):
+            elif self._recall_one(name, partial(self._open_new, text, takes_commands), "`tui-gcs forward close`"):
                 self._report_open_again(name, takes_commands, was_commanding=name in store.ended_permissions)
 
     def _recall_one(self, name: str, change: Callable[[], object], forgets: str = "") -> bool:
-        """Make a change again, and report it if it cannot be made; `forgets` is the command that ends that."""
-        try:
-            change()
-        except LinkRefusedError as error:
-            advice = f"{forgets} forgets it" if forgets else ""
-            report_event(
-                self._parts, f"partner {clean(name, 60)} is not as it was left: {clean(str(error), 150)}{advice}"
-            )
-            return False
-        return True
+        """Make one change again; see `make_again`."""
+        return make_again(self._parts, f"partner {clean(name, 60)} is not as it was left", change, forgets)
 
     def _report_open_again(self, name: str, takes_commands: bool, *, was_commanding: bool) -> None:
         """Report who hears the vehicles of this station though its command line does not say so."""
