@@ -577,6 +577,23 @@ async def test_a_task_for_planners_is_made_at_the_cursor() -> None:
         assert len(added_tasks(c)) == 2
 
 
+@pytest.mark.parametrize("size", [NARROW, WIDE])
+async def test_the_footer_names_the_keys_of_the_cursor_while_it_is_shown(size: tuple[int, int]) -> None:
+    async with console(size, flight) as c:
+        before = c.line(-1)
+        await c.press("x")
+        for key in ("!h HOLD ALL", "Space HOLD", "t task", "X measure", "Esc hide", "? help"):
+            assert key in c.line(-1)
+        await c.press("escape")
+        assert c.line(-1) == before
+
+
+async def test_a_read_only_console_is_not_offered_a_task_at_the_cursor() -> None:
+    async with console(WIDE, flight, read_only=True) as c:
+        await c.press("x")
+        assert "X measure" in c.line(-1) and "task" not in c.line(-1)
+
+
 @pytest.mark.parametrize("ends", ["enter", "escape"])
 async def test_the_question_for_a_task_takes_no_keys_when_the_screen_is_shown_again(ends: str) -> None:
     async with console(NARROW) as c:

@@ -47,6 +47,8 @@ HIGH_LINES, MIN_HIGH_ROSTER = 48, 13
 MAX_ON_BOARD = 16
 """Stored plans are drawn for at most this many of the selected vehicles."""
 EMPTY_LINES = 6
+CURSOR_KEYS = {"add_task": "task", "measure": "measure", "cancel": "hide"}
+"""What the footer calls the keys of the map's cursor while it is shown."""
 # Half a second, less the jitter of frames: figures that change more often cannot be read, and cost bytes.
 FIGURES_PERIOD_S = 0.45
 
@@ -84,7 +86,6 @@ class FlyScreen(MapScreen):
         self._figures_s = float("-inf")
         self._states: tuple[object, ...] = ()
         self._on_board: tuple[tuple[OnBoardRow, ...], Origin | None] = ((), None)
-        self._glyphs = glyphs
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.map_view = MapView(glyphs=glyphs)
         self.roster = Roster(glyphs=glyphs)
@@ -92,6 +93,7 @@ class FlyScreen(MapScreen):
         self.planner_panel = PlannerPanel(glyphs=glyphs)
         self.brief_panel = BriefPanel(glyphs=glyphs)
         self.event_lines = EventLines(glyphs=glyphs)
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed)
 
     def compose(self) -> ComposeResult:
         """Compose top lines, map, panels, events and footer."""
@@ -104,7 +106,7 @@ class FlyScreen(MapScreen):
                 yield self.planner_panel
                 yield self.brief_panel
         yield self.event_lines
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed)
+        yield self.footer
 
     def on_mount(self) -> None:
         """Subscribe to the feed and show what it knows."""
@@ -311,6 +313,10 @@ class FlyScreen(MapScreen):
         prompt = PointPrompt(self.feed, lambda: self.map_view.cursor_m)
         await self.mount(prompt)
         prompt.ask_point()
+
+    def on_map_view_cursor_shown(self, message: MapView.CursorShown) -> None:
+        """Name the keys of the cursor in the footer while it is shown."""
+        self.footer.relabel(CURSOR_KEYS if message.shown else {})
 
     def action_cancel(self) -> None:
         """Hide the cursor; without one stop following a vehicle."""

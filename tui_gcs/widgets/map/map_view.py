@@ -11,6 +11,7 @@ import numpy as np
 from rich.style import Style
 from textual import events
 from textual.geometry import Region
+from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
 
@@ -45,6 +46,13 @@ class MapView(Widget):
     """
 
     DEFAULT_CSS = framed("MapView")
+
+    class CursorShown(Message):
+        """The cursor is shown, or hidden, since now."""
+
+        def __init__(self, shown: bool) -> None:
+            super().__init__()
+            self.shown = shown
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE, classes: str | None = None) -> None:
         """An empty map; `glyphs` decides between braille and ASCII."""
@@ -208,6 +216,7 @@ class MapView(Widget):
             place = next(rows, self.view.centre_m)
             cell = self.view.world_to_cell(*place)
             content.pointer = Pointer(place if self.view.contains(cell) else self.view.centre_m)
+        self.post_message(self.CursorShown(on))
         self._redraw()
 
     def move_cursor(self, columns: int, rows: int) -> None:
