@@ -60,6 +60,9 @@ def sections(vehicle: int) -> tuple[SetupSectionRow, ...]:
     )  # fmt: skip
 
 
+NOT_READ = SetupSectionRow(1, "airframe", UNKNOWN, "FRAME_CLASS was not read", ())
+
+
 def known(station: FakeStation) -> None:
     station.setup = tuple(row for vehicle in range(1, 9) for row in sections(vehicle))
     for vehicle in range(1, 9):
@@ -125,6 +128,23 @@ async def test_pictures_of_a_calibration(size: tuple[int, int]) -> None:
     async with console(size, calibrating) as c:
         await opened(c, 1, 2, 3, section="sensors")
         assert same_as_snapshot(f"setup-calibration-{size[0]}x{size[1]}", c.text())
+
+
+async def test_at_80_cells_labels_and_values_of_failsafes_are_whole() -> None:
+    async with console(NARROW, known) as c:
+        await opened(c, *range(1, 9), section="failsafes")
+        assert "! this station is not heard NOTHING (FS_GCS_ENABLE 0)" in c.text()
+        assert "set-points cease (GUIDED) brakes" in c.text()
+        assert "! sensors   8 " in c.text(), "which vehicles need attention"
+
+
+async def test_a_section_that_was_not_read_names_the_key_that_reads_it() -> None:
+    async with console(NARROW, lambda station: setattr(station, "setup", (NOT_READ,))) as c:
+        await opened(c, 1)
+        assert "unknown: FRAME_CLASS was not read (vehicle 1) R reads it" in panel(c)
+    async with console(NARROW, known) as c:
+        await opened(c, 1, section="motors")
+        assert "unknown: 0 of 4 tested (vehicle 1)" in panel(c) and "R reads" not in panel(c)
 
 
 async def test_a_section_says_which_vehicles_need_attention() -> None:
@@ -394,7 +414,7 @@ async def test_a_silent_station_is_said_and_no_vehicle_is_too() -> None:
         await c.press("S", "s")
         await look(c)
         await c.press("right", "enter", "R", "d", "delete", "end", "tab")
-        assert "no vehicle was heard" in c.text()
+        assert "no vehicle heard" in c.text()
 
 
 async def test_the_lines_of_a_section_are_not_those_of_the_one_before() -> None:

@@ -43,7 +43,7 @@ class SetupScreen(PolledScreen):
     CSS = """
     SetupScreen { layout: vertical; }
     SetupScreen #middle { height: 1fr; }
-    SetupScreen.-narrow SectionList { width: 26; }
+    SetupScreen.-narrow SectionList { width: 20; }
     """
 
     def __init__(self, feed: Feed, clock: Clock, *, glyphs: GlyphSet = UNICODE) -> None:
@@ -104,7 +104,7 @@ class SetupScreen(PolledScreen):
             return
         vehicles = self.feed.shown_vehicles()
         silent = "   STATION SILENT" if self.feed.station_lost else ""
-        self.section_list.empty_text = "no vehicle was heard" if not vehicles else "asking the station"
+        self.section_list.empty_text = "no vehicle heard" if not vehicles else "asking the station"
         self.field_list.empty_text = "R reads it from the vehicles"
         self.section_list.show_kept(self.watch_setup.sections, lambda row: row.section)
         self.field_list.vehicles = vehicles

@@ -12,8 +12,12 @@ from tui_gcs.widgets.basics.strips import cut
 MARKS = {ATTENTION: "!", UNKNOWN: "?", DONE: " "}
 INKS = {ATTENTION: Ink.CAUTION, UNKNOWN: Ink.MUTED, DONE: Ink.TEXT}
 SECTION_CELLS, LABEL_CELLS, PARAM_CELLS = 9, 24, 16
+MAX_LABEL_CELLS = 28
+"""No label takes more than this beside its value on a narrow terminal; the panel shows it whole."""
 WIDE_CELLS = 76
 """From this width on the parameter's name has room beside its value."""
+STATE_CELLS = 20
+"""From this width on a section's state has room as a word behind its mark."""
 
 
 class SectionList(RowsView[SectionSummary]):
@@ -25,12 +29,13 @@ class SectionList(RowsView[SectionSummary]):
     """Whether keys are for this list."""
 
     def row_line(self, row: SectionSummary, width: int, *, is_chosen: bool) -> Line:
-        """Return a section as a line; a state has a mark and a word, not only a colour."""
+        """Return a section as a line; a state has a mark, and where there is room a word, not only a colour."""
         vehicles = row.vehicles_in(row.state)
         all_ = sum(len(each) for _, _, each in row.texts)
         where = f": {id_ranges(vehicles)}" if len(vehicles) < all_ else ""
         state = "attention" if row.state == ATTENTION else row.state
-        text = f"{MARKS[row.state]} {row.section:<{SECTION_CELLS}} {state}{where}"
+        behind = f"{state}{where}" if width >= STATE_CELLS else where.removeprefix(": ")
+        text = f"{MARKS[row.state]} {row.section:<{SECTION_CELLS}} {behind}"
         return [(cut(text, width), _ink(row.state, is_chosen=is_chosen, is_active=self.is_active))]
 
     def record(self, row: SectionSummary) -> Record:
@@ -52,9 +57,10 @@ class FieldList(RowsView[FleetSetupField]):
     def row_line(self, row: FleetSetupField, width: int, *, is_chosen: bool) -> Line:
         """Return a line; where vehicles differ, each value names its vehicles."""
         state = ATTENTION if row.attention else DONE
-        label = row.row.param if row.row.act == "gain" else row.row.label
+        label = _label(row)
         if width < WIDE_CELLS:
-            what = cut(label, LABEL_CELLS)
+            # Columns as narrow as their labels leave the values, which are the news, more room.
+            what = cut(label, min(MAX_LABEL_CELLS, max(map(len, map(_label, self.rows)))))
         elif row.row.words:  # which names the parameter, where there is one
             what = cut(label, LABEL_CELLS + 1 + PARAM_CELLS)
         else:
@@ -71,6 +77,10 @@ class FieldList(RowsView[FleetSetupField]):
 
     def _is_of_some(self, row: FleetSetupField) -> bool:
         return bool(set(self.vehicles).difference(row.vehicles))
+
+
+def _label(row: FleetSetupField) -> str:
+    return row.row.param if row.row.act == "gain" else row.row.label
 
 
 def group_or_parameter(row: FleetSetupField) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.services import TaskInfo
-from tui_gcs.feed.setup_watch import ATTENTION, FleetSetupField, SectionSummary
+from tui_gcs.feed.setup_watch import ATTENTION, UNKNOWN, FleetSetupField, SectionSummary
 from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
@@ -12,6 +12,8 @@ from tui_gcs.widgets.basics.strips import Run, wrapped
 from tui_gcs.widgets.setup.setup_lists import field_words
 
 MAX_NOTES = 2
+UNKNOWN_NOT_FROM_READING = "motors"
+"""The section that is unknown until its motors were tested, whatever is read."""
 
 
 class SetupPanel(LinesView):
@@ -76,11 +78,15 @@ def section_runs(section: SectionSummary) -> list[Run]:
     """Return what the section is or lacks; vehicles of which the same holds stand together."""
     return [
         (
-            f"{state}: {text}   ({vehicles_words(vehicles)})",
+            f"{state}: {text}   ({vehicles_words(vehicles)}){_what_to_do(section, state)}",
             Ink.CAUTION if state == ATTENTION else Ink.TEXT,
         )
         for state, text, vehicles in section.texts
     ]
+
+
+def _what_to_do(section: SectionSummary, state: str) -> str:
+    return "   R reads it" if state == UNKNOWN and section.section != UNKNOWN_NOT_FROM_READING else ""
 
 
 def field_runs(field: FleetSetupField, *, with_notes: bool = True) -> list[Run]:
