@@ -51,7 +51,16 @@ def live_fleet(folder: Path) -> Iterator[Row]:
         wait(console, lambda: bool(status) and status[-1].heard == VEHICLES, 60, f"{VEHICLES} vehicles heard")
         start = m.encode(m.Start(vehicles=tuple(range(1, VEHICLES + 1))))
         began_s = time.monotonic()
-        wait(console, lambda: m.decode(bus.ask("gcs/req/bench", start), m.Reply).ok, 120, "vehicles ready to start")
+        answers_s: list[float] = []
+
+        def started() -> bool:
+            asked_s = time.monotonic()
+            reply = m.decode(bus.ask("gcs/req/bench", start, timeout_s=20.0), m.Reply)
+            answers_s.append(time.monotonic() - asked_s)
+            return reply.ok
+
+        wait(console, started, 120, "vehicles ready to start")
+        yield Row(f"{VEHICLES} vehicles: longest wait for an answer to a start", max(answers_s), "s", 2.0)
         wait(console, lambda: status[-1].run is m.RunPhase.RUNNING, ALL_UP_WITHIN_S, "all on their layers")
         yield Row(f"{VEHICLES} vehicles: from the start until all are on their layers", time.monotonic() - began_s, "s")
         yield Row("of them in the air", status[-1].armed, "", VEHICLES, at_least=True)
@@ -64,7 +73,7 @@ def live_fleet(folder: Path) -> Iterator[Row]:
         yield Row("on their slots at the end", sum(team.on_slot for team in status[-1].teams), "")
         bus.close()
     finally:
-        end(ours)
+        end(ours | family(console.pid))
         os.waitpid(console.pid, 0)
 
 

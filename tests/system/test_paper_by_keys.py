@@ -22,7 +22,7 @@ KEY_S, AFTER_ESCAPE_S, SETTLE_S = 0.05, 0.8, 1.5
 LATER_ROUNDS = [("round 2", 200.0), ("round 3", 200.0)]
 SHIFT_TAB, LEFT = "\x1b[Z", "\x1b[D"
 TEAM, SETTINGS = "Planner", "settings: Esc leaves"
-FIELDS_OF_A_PLACE, FIELDS_TO_MEASURED = 4, 7
+FIELDS_OF_A_PLACE, FIELDS_AT_MOST = 4, 40
 
 
 class Editor(Operator):
@@ -54,8 +54,17 @@ class Editor(Operator):
             self.fills("", str(45 if v < 5 else 25), str(170 + 20 * ((v - 1) % 4)), str(20 + 7 * v))
             if v < 8:
                 self.presses(*[SHIFT_TAB] * FIELDS_OF_A_PLACE, RIGHT)
-        self.fills(*[""] * (FIELDS_TO_MEASURED - 1), "60")
+        self.goes_to("a round is measured for this long")
+        self.says("60")
         self.presses(ESCAPE)
+
+    def goes_to(self, meaning: str) -> None:
+        """To the field of which the screen says this."""
+        for _ in range(FIELDS_AT_MOST):
+            if meaning in self.screen(SETTLE_S):
+                return
+            self.presses(TAB)
+        raise AssertionError(f"no field with {meaning!r}:\n{self.screen()}")
 
     def says(self, value: str) -> None:
         """In the field that has the cursor, key by key."""

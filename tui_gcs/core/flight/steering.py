@@ -6,7 +6,7 @@ the verdict on its course, or the reason of a stop. Holds are sent from here too
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from shapely import LineString, Point
@@ -18,6 +18,7 @@ from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import COLUMN_M, Flight
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard.bypass import bypass_columns
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.motion_prediction import LOST_AGE_S, LostLinkBehaviour, MotionModel, VehicleState
 from tui_gcs.core.guard.permission import STATION, SetpointPermission, StopReason, Verdict
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, stopping_point
@@ -40,16 +41,13 @@ JUDGE_GAP_S = 0.2
 STAND_GAP_S = 0.2
 """Period at which a position target is repeated. A firmware for which one message is enough sends it once."""
 
-CHECK_RANGE_S = 20.0
-"""Vehicles farther apart than full speed times this are left out.
-
-It is twice `conflict_prediction.AHEAD_S`, because two vehicles that fly at each other close at twice the speed.
-"""
-
 VETO_REPEAT_S = 60.0
 """Longest interval between the reports of a veto that goes on: they must not push other events off the screen."""
 BRAKING_S = 4.0
 """After a nudge ended its brake goes over every path for this long: from 8 m/s at 2.5 m/s² it takes 3.2 s."""
+REACH_SHARE = 2.0
+"""Vehicles farther apart than both fly in so many times the guard's prediction are left out of it: what is known of
+each may be 3 s old, and a position is uncertain by half of that way."""
 GUARD = "guard"
 """Who ordered the brake after a veto."""
 _PLACE = re.compile(r"\(-?[0-9.]+, -?[0-9.]+\)")
@@ -109,7 +107,9 @@ class Steering:
             return {}
         states = [self._state(vehicle, MotionModel.FOLLOWS, course, now) for _, course, vehicle in due]
         sent = [sent_reference(flight, course) for flight, course, _ in due]
-        verdicts = self._guard.judge(states, sent, self.known(now), now)
+        # Plans of 20 teams come in different ticks: each time only those near one team are predicted, not all 250.
+        near = near_to([state.position_m for state in states], self._guard, now)
+        verdicts = self._guard.judge(states, sent, self.known(now, near), now)
         return {vehicle.id: verdict for (*_, vehicle), verdict in zip(due, verdicts, strict=True)}
 
     def known(self, now: float, counts: Callable[[Vehicle], bool] = lambda vehicle: True) -> list[VehicleState]:
@@ -177,16 +177,9 @@ class Steering:
         """
         now = self._clock.now()
         me = self._state(vehicle, MotionModel.FOLLOWS, flight.course, now)
-        near_m, here = CHECK_RANGE_S * self._guard.limits.speed_m_s, me.position_m[:2]
-
-        # Predictions cost time: vehicles out of reach are left out, before their states are made. All of 250 that
-        # return look at all others twice a second. Where a silent one is by now is not known: it is never left out.
-        def may_be_in_the_way(other: Vehicle) -> bool:
-            away_m = math.dist(other.telemetry.position_m[:2], here)
-            is_silent = now - other.telemetry.position_s >= LOST_AGE_S
-            return (is_silent or away_m < near_m + error_m(other)) and counts(other)
-
-        return self._guard.separation(me, self.known(now, may_be_in_the_way), now).text
+        # All of 250 that return look at all others twice a second.
+        near = near_to([me.position_m], self._guard, now)
+        return self._guard.separation(me, self.known(now, lambda other: near(other) and counts(other)), now).text
 
     def bypass_columns(
         self, vehicle: Vehicle, here_m: Vec3, layer_m: float, home_m: Vec3, taken_m: list[tuple[float, float]]
@@ -242,7 +235,11 @@ class Steering:
         """
         if flight.course is None or flight.roams or not vehicle.telemetry.has_position():
             return math.nan
-        return math.dist(reference_when(flight.course, vehicle.telemetry.position_s)[0], vehicle.telemetry.position_m)
+        telemetry, tracking = vehicle.telemetry, flight.tracking
+        # Nearly always the steering has just compared this position with this course.
+        if tracking is not None and tracking.compared is flight.course and tracking.compared_s == telemetry.position_s:
+            return tracking.off_m
+        return math.dist(reference_when(flight.course, telemetry.position_s)[0], telemetry.position_m)
 
     def _measure(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> None:
         """Update the tracking error; a vehicle that does not follow at all raises an alert."""
@@ -307,6 +304,31 @@ class Steering:
         same = _PLACE.sub("", _AMOUNT.sub("", text))
         source = f"vehicle {vehicle.id}"
         self._events.report(EventClass.PLANNER, source, text, WARNING, every_s=5, same=same, seldom_s=VETO_REPEAT_S)
+
+
+def near_to(places_m: Sequence[Vec3], guard: Guard, now: float) -> Callable[[Vehicle], bool]:
+    """A function that tells which vehicles could meet one of those at these places while the guard looks ahead.
+
+    Predictions cost time: vehicles out of reach are left out, before their states are made. Where a silent one is by
+    now is not known: it is never left out.
+    """
+    speed_m_s, reach_s = guard.limits.speed_m_s, REACH_SHARE * guard.looks_ahead_s
+    spare_m = 2.0 * guard.limits.separation_horizontal_m  # of slow ones the limit is more than their way
+    west, east = min(x for x, _, _ in places_m), max(x for x, _, _ in places_m)
+    south, north = min(y for _, y, _ in places_m), max(y for _, y, _ in places_m)
+    if not math.isfinite(west + east + south + north):
+        return lambda other: True
+
+    def is_near(other: Vehicle) -> bool:
+        telemetry = other.telemetry
+        if now - telemetry.position_s >= LOST_AGE_S:
+            return True
+        x, y, _ = telemetry.position_m
+        away_m = math.hypot(max(west - x, 0.0, x - east), max(south - y, 0.0, y - north))
+        fastest_m_s = max(speed_m_s, telemetry.ground_speed_m_s)  # one that a pilot flies may be above the limit
+        return not away_m > reach_s * (speed_m_s + fastest_m_s) + spare_m + error_m(other)
+
+    return is_near
 
 
 def sent_reference(flight: Flight, course: Course) -> Course | LeadCompensatedCourse:

@@ -24,7 +24,7 @@ from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.flight.zone_idleness import ZoneIdleness
 from tui_gcs.core.geometry.idleness_grid import serving
 from tui_gcs.core.motion.course import Trajectory
-from tui_gcs.core.protocol.common import Annotation, EventClass, PlannerTask, TeamPlan, TeamStatus
+from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, PlannerTask, TeamPlan, TeamStatus
 from tui_gcs.core.protocol.plan_limits import (
     MAX_LEARNT_BYTES,
     MAX_METRICS,
@@ -260,11 +260,12 @@ class TeamController:
 
     def status(self) -> TeamStatus:
         """The team as the bus and the screens show it."""
-        flying, members = self._flying(), self._flights.members(self.team.name)
-        up = any(flight.team == self.team.name for flight in self._flights.in_phase(*IN_THE_AIR))
+        flights = self._flights.of_team(self.team.name)
+        flying = [flight for flight in flights if flight.phase is Phase.FLYING]
+        up = any(flight.phase in IN_THE_AIR for flight in flights)
         measured, planner = self.measured, self.planner
         served_by = serving(len(flying), sum(flight.waits for flight in flying))
-        count = served_by or len(members)
+        count = served_by or len(flights)
         ideal = measured.ideal_s(count) if measured else math.nan
         worst = measured.worst_s if measured and up else math.nan
         return TeamStatus(
@@ -272,7 +273,7 @@ class TeamController:
             zone=self.team.zone,
             role=str(self.task.zone.role) if self.task else "",
             planner=self.team.planner,
-            members=members,
+            members=tuple([flight.vehicle for flight in flights]),
             worker=planner.worker_state(flying=bool(flying)),
             plan_age_s=planner.plan_age_s,
             rate_hz=planner.measured_rate_hz(),

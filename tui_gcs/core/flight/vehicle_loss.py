@@ -99,13 +99,20 @@ class VehicleLossController:
             self._commands.cancel(vehicle.id, keep_stops=True)
             return True
         firmware = self._firmware.of(vehicle)
-        checks = {Phase.LANDING: firmware.is_landing, Phase.HOLDING: firmware.is_holding}
+        if flight.phase is Phase.LANDING:
+            in_its_mode = firmware.is_landing(vehicle)
+        elif flight.phase is Phase.HOLDING:
+            in_its_mode = firmware.is_holding(vehicle)
+        else:
+            in_its_mode = firmware.is_steerable(vehicle)
+        if in_its_mode:
+            return False
         # A hold for a veto is no operator's order, and is not repeated against a failsafe: the failsafe goes on.
         by_itself = (flight.held_by_station or flight.phase in _STEERED) and firmware.acts_by_itself(vehicle)
         stopping = self._commands.stopping(vehicle.id) and not by_itself
         # While a stop is being repeated its mode may still be the old one.
         settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
-        if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
+        if not settled:
             return False
         if flight.ordered_mode == vehicle.telemetry.custom_mode:
             self._follow_ordered_mode(flight, vehicle, now)

@@ -15,6 +15,8 @@ from tui_gcs.core.geometry.zone_cells import ZoneCells, all_cells, cell_size_m
 from tui_gcs.core.geometry.zones import Shape
 
 Floats = NDArray[np.floating[Any]]
+Cells = NDArray[np.intp]
+"""Places of cells in a flattened lattice."""
 
 PICTURE_S = 0.1
 """Positions farther apart in time than this are interpolated: 0.8 m at 8 m/s, which skips no cell."""
@@ -63,7 +65,7 @@ class IdlenessGrid:
     """When each cell of a zone was last seen.
 
     Cells lie on a dense lattice over the zone's bounding box, so that an update touches only the few rows and columns
-    under a footprint; cells that do not count are carried along.
+    under each footprint; cells that do not count are carried along. In it a cell is a place in the flattened lattice.
     """
 
     def __init__(self, zone: Shape | ZoneCells, footprint_radius_m: float, cell_m: float | None = None) -> None:
@@ -78,10 +80,16 @@ class IdlenessGrid:
         if not isinstance(zone, ZoneCells):
             zone = all_cells(zone, max(cell_m or 0.0, cell_size_m(zone, footprint_radius_m)))
         self.cell_m = zone.cell_m
-        self._x, self._y, self._inside = zone.axis_x_m, zone.axis_y_m, zone.counted
-        self._x0, self._y0 = float(self._x[0]), float(self._y[0])
+        self._inside = zone.counted
+        axes_m = zone.axis_x_m, zone.axis_y_m
+        self._first_m, self._last_m = (np.array([axis[end] for axis in axes_m]) for end in (0, -1))
+        """(2,) x and y of the first and last column and row."""
+        self._size = np.array([len(axis) for axis in axes_m])
+        self._span = np.arange(math.floor(2.0 * footprint_radius_m / self.cell_m) + 1)
+        """0, 1, … up to the most columns, and rows, that a footprint can lie on."""
         self.cells = zone.count
         self._last_s = np.full(self._inside.shape, -np.inf)
+        self._number = np.zeros(self._inside.size, dtype=np.intp)
         self.unseen = self.cells
         """How many cells were never seen."""
         self.full_cover_t: float | None = None
@@ -99,9 +107,7 @@ class IdlenessGrid:
         """Take vehicles at `xy_m` (n, 2) now; rows that are not finite see nothing. Times must not go back."""
         if self._window is not None:
             self._window.now_s = t_s
-        for x, y in np.asarray(xy_m, dtype=float).reshape(-1, 2).tolist():
-            if math.isfinite(x) and math.isfinite(y):
-                self._see(t_s, x, y)
+        self._see(t_s, self._under(np.asarray(xy_m, dtype=float).reshape(-1, 2)))
         if self.unseen == 0 and self.full_cover_t is None:
             self.full_cover_t = t_s
 
@@ -150,24 +156,35 @@ class IdlenessGrid:
             return math.nan
         return self._window.average(self._last_s)
 
-    def _see(self, t_s: float, x: float, y: float) -> None:
-        r, cell = self.footprint_radius_m, self.cell_m
-        x0, y0 = self._x0, self._y0
-        left, right = max(0, math.ceil((x - r - x0) / cell)), math.floor((x + r - x0) / cell) + 1
-        low, high = max(0, math.ceil((y - r - y0) / cell)), math.floor((y + r - y0) / cell) + 1
-        if right <= left or high <= low or left >= len(self._x) or low >= len(self._y):
-            return
-        block = (slice(low, high), slice(left, right))
-        dx, dy = self._x[left:right] - x, self._y[low:high] - y
-        under = (dy * dy)[:, None] + (dx * dx)[None, :] <= r * r
-        last = self._last_s[block]
-        if self.unseen:
-            under &= self._inside[block]
-            if new := int(np.count_nonzero(under & (last == -np.inf))):
-                self.unseen, self.new_cell_t = self.unseen - new, t_s
+    def _under(self, xy_m: Floats) -> Cells:
+        """Return the cells whose centres are inside a footprint of `xy_m` (n, 2), each of them once."""
+        r = self.footprint_radius_m
+        # Not true of what is not finite.
+        near = ((xy_m >= self._first_m - r) & (xy_m <= self._last_m + r)).all(axis=1)
+        if not near.all():
+            xy_m = xy_m[near]
+        # (n, 2, k) columns and rows that a footprint can lie on, and how far along their axis those are.
+        lines = np.ceil((xy_m - r - self._first_m) / self.cell_m).astype(np.intp)[:, :, None] + self._span
+        away2_m2 = (self._first_m[:, None] + lines * self.cell_m - xy_m[:, :, None]) ** 2
+        away2_m2[(lines < 0) | (lines >= self._size[:, None])] = np.inf
+        under = away2_m2[:, 1, :, None] + away2_m2[:, 0, None, :] <= r * r
+        found: Cells = (lines[:, 1, :, None] * self._size[0] + lines[:, 0, None, :])[under]
+        if len(xy_m) < 2:
+            return found
+        # Of a cell that several see, the number that stays there is that of one of them.
+        order = np.arange(len(found))
+        self._number[found] = order
+        found = found[self._number[found] == order]
+        return found
+
+    def _see(self, t_s: float, cells: Cells) -> None:
+        last_s = self._last_s.reshape(-1)
+        before_s, counted = last_s[cells], self._inside.reshape(-1)[cells]
+        if self.unseen and (new := int(np.count_nonzero(counted & (before_s == -np.inf)))):
+            self.unseen, self.new_cell_t = self.unseen - new, t_s
         if self._window is not None:
-            self._window.closes(block, t_s, last, under)
-        np.copyto(last, t_s, where=under)
+            self._window.closes(cells, t_s, before_s, counted)
+        last_s[cells] = t_s
 
 
 class _Window:
@@ -186,12 +203,13 @@ class _Window:
         self._integral = -float(idle_s @ idle_s) / 2.0
         """Of idleness over gaps ended so far, less what lies before the window."""
 
-    def closes(self, block: tuple[slice, slice], t_s: float, last: Floats, under: NDArray[np.bool_]) -> None:
-        gap_s = t_s - np.maximum(last, self._since_s)
-        worst_s = self._worst_s[block]
-        np.maximum(worst_s, gap_s, out=worst_s, where=under)
-        gaps = gap_s[under & self._inside[block]]
-        self._integral += float(gaps @ gaps) / 2.0
+    def closes(self, cells: Cells, t_s: float, before_s: Floats, counted: NDArray[np.bool_]) -> None:
+        """Take that these cells, seen last at `before_s`, are seen at `t_s`; only those `counted` are in the mean."""
+        gaps_s = t_s - np.maximum(before_s, self._since_s)
+        worst_s = self._worst_s.reshape(-1)
+        worst_s[cells] = np.maximum(worst_s[cells], gaps_s)
+        counted_s = gaps_s[counted]
+        self._integral += float(counted_s @ counted_s) / 2.0
 
     def worst_of_cells(self, last_s: Floats) -> Floats:
         open_s = self.now_s - np.maximum(last_s[self._inside], self._since_s)

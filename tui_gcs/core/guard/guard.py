@@ -140,6 +140,11 @@ class Guard:
         """(n,) how far places (n, 3) are outside the operating area, or inside no-fly zones at their height."""
         return self._outer.outside_m(places_m)
 
+    @property
+    def looks_ahead_s(self) -> float:
+        """How far ahead vehicles are predicted."""
+        return float(self._times_s[-1])
+
     def is_way_inside(self, here_m: Vec3, there_m: Vec3) -> bool:
         """Whether the straight way to a place stays inside at every height, less the margin if it begins there."""
         line = LineString([here_m[:2], there_m[:2]])
@@ -186,7 +191,7 @@ class Guard:
         self, judged: list[VehicleState], known: list[VehicleState], now: float
     ) -> tuple[FleetPrediction, FleetPrediction]:
         """Predict judged and known vehicles in one go: most of the cost does not depend on how many they are."""
-        others = known + lost_link_paths(known, self.limits, float(self._times_s[-1]))
+        others = known + lost_link_paths(known, self.limits, self.looks_ahead_s)
         return predict(judged + others, self.limits, self._times_s, now, self._braking).split(len(judged))
 
     def judge_action(self, order: Order, *, lost: bool) -> Verdict:

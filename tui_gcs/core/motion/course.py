@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import Protocol
 
 import numpy as np
@@ -47,7 +48,7 @@ class Trajectory:
     positions_m: Samples
     velocities_m_s: Samples
 
-    @property
+    @cached_property
     def end_s(self) -> float:
         """Time of the last sample."""
         return self.t0_s + self.dt_s * (len(self.positions_m) - 1)
@@ -55,16 +56,21 @@ class Trajectory:
     def at(self, t_s: float) -> tuple[Vec3, Vec3]:
         """Position and velocity wanted at `t_s` (linear between samples)."""
         if t_s >= self.end_s:
-            x, y, z = self.positions_m[-1]
-            return (float(x), float(y), float(z)), STILL
+            x, y, z = self.positions_m[-1].tolist()
+            return (x, y, z), STILL
         if t_s < self.t0_s:
-            x, y, z = self.positions_m[0]
+            x, y, z = self.positions_m[0].tolist()
             # Before its begin a trajectory has no velocity: that would carry the vehicle past its first place.
-            return (float(x), float(y), float(z)), STILL  # not begun: a velocity now would carry it past its place
+            return (x, y, z), STILL
         place = (t_s - self.t0_s) / self.dt_s
         i = min(int(place), len(self.positions_m) - 2)
         share = place - i
-        return _between(self._places, i, share), _between(self._speeds, i, share)
+        rest = 1 - share
+        x, y, z, x1, y1, z1, vx, vy, vz, vx1, vy1, vz1 = self._samples_from(i)
+        return (
+            (rest * x + share * x1, rest * y + share * y1, rest * z + share * z1),
+            (rest * vx + share * vx1, rest * vy + share * vy1, rest * vz + share * vz1),
+        )
 
     def acceleration(self, t_s: float) -> Vec3:
         """How its velocity changes about `t_s`, m/s²; none before it begins and after it ends."""
@@ -72,21 +78,37 @@ class Trajectory:
             return STILL
         place = (t_s - self.t0_s) / self.dt_s
         i = min(max(round(place), 1), len(self.positions_m) - 2) if len(self.positions_m) > 2 else 0
-        before, after = (i - 1, i + 1) if len(self.positions_m) > 2 else (0, 1)
-        took_s = (after - before) * self.dt_s
-        (x, y, z), (x1, y1, z1) = self._speeds[before], self._speeds[after]
-        return (x1 - x) / took_s, (y1 - y) / took_s, (z1 - z) / took_s
+        known = self._accelerations.get(i)
+        if known is None:
+            before, after = (i - 1, i + 1) if len(self.positions_m) > 2 else (0, 1)
+            took_s = (after - before) * self.dt_s
+            (x, y, z), (x1, y1, z1) = self.velocities_m_s[[before, after]].tolist()
+            known = self._accelerations[i] = (x1 - x) / took_s, (y1 - y) / took_s, (z1 - z) / took_s
+        return known
+
+    def _samples_from(self, i: int) -> list[float]:
+        """Positions i and i + 1, then velocities i and i + 1, as twelve plain floats.
+
+        Plain floats take a third of numpy's time. Only the few samples about now are converted: a planner replaces its
+        trajectories several times a second.
+        """
+        known = self._samples.get(i)
+        if known is None:
+            known = self._samples[i] = [
+                *self.positions_m[i : i + 2].ravel().tolist(),
+                *self.velocities_m_s[i : i + 2].ravel().tolist(),
+            ]
+        return known
 
     @cached_property
-    def _places(self) -> list[list[float]]:
-        """The positions as plain floats: for three numbers these take a third of numpy's time."""
-        places: list[list[float]] = self.positions_m.tolist()
-        return places
+    def _samples(self) -> dict[int, list[float]]:
+        """What `_samples_from` has converted, by its first sample."""
+        return {}
 
     @cached_property
-    def _speeds(self) -> list[list[float]]:
-        speeds: list[list[float]] = self.velocities_m_s.tolist()
-        return speeds
+    def _accelerations(self) -> dict[int, Vec3]:
+        """What `acceleration` has found, by its middle sample."""
+        return {}
 
 
 class MovingCourse(Reference, Protocol):
@@ -119,13 +141,6 @@ def rest_to_rest_s(way_m: float, speed_m_s: float, accel_m_s2: float) -> float:
     return way_m / speed_m_s + speed_m_s / accel_m_s2 if way_m > ramp_m else 2.0 * math.sqrt(way_m / accel_m_s2)
 
 
-def _between(samples: list[list[float]], i: int, share: float) -> Vec3:
-    """Linear interpolation between two samples."""
-    (x, y, z), (x1, y1, z1) = samples[i], samples[i + 1]
-    rest = 1 - share
-    return rest * x + share * x1, rest * y + share * y1, rest * z + share * z1
-
-
 def course_of(intent: Intent, speed_m_s: float) -> PositionTarget | Trajectory | str:
     """The course of a `goto` or `trajectory` intent, or why it has none; `speed_m_s` is the limit."""
     if intent.kind == "goto":
@@ -135,9 +150,13 @@ def course_of(intent: Intent, speed_m_s: float) -> PositionTarget | Trajectory |
         if not speed >= MIN_SPEED_M_S:
             return f"goto with {speed:g} m/s: at least {MIN_SPEED_M_S:g}"
         return PositionTarget(intent.position_m, min(speed, speed_m_s))
-    positions = np.array(intent.positions_m, dtype=float)
-    velocities = np.array(intent.velocities_m_s, dtype=float)
-    if positions.ndim != 2 or positions.shape[0] < 2 or positions.shape != velocities.shape or intent.dt_s <= 0:
+    count = len(intent.positions_m)
+    # Vectors of an intent have three numbers. Of nested tuples numpy makes an array in twice the time.
+    positions, velocities = (
+        np.fromiter(chain.from_iterable(vectors), dtype=float).reshape(-1, 3)
+        for vectors in (intent.positions_m, intent.velocities_m_s)
+    )
+    if count < 2 or not len(positions) == len(velocities) == count or intent.dt_s <= 0:
         return "trajectory needs at least two samples, as many velocities as positions, and dt_s > 0"
     if len(positions) > 600 or not (np.isfinite(positions).all() and np.isfinite(velocities).all()):
         return "trajectory has too many or not finite samples"

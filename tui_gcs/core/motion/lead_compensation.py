@@ -60,8 +60,8 @@ class LeadCompensatedCourse:
         size_m = shift * math.hypot(*accel)
         if size_m > MAX_SHIFT_M:
             shift *= MAX_SHIFT_M / size_m
-        x, y, z = (p + shift * a for p, a in zip(point, accel, strict=True))
-        return (x, y, z), velocity
+        (x, y, z), (ax, ay, az) = point, accel
+        return (x + shift * ax, y + shift * ay, z + shift * az), velocity
 
     def feed_forward(self, t_s: float) -> Vec3:
         """Acceleration to be sent at `t_s`: the course's and that against drag; none where no drag is known."""
@@ -97,7 +97,7 @@ class DragModel:
                 away += speed * step_s
             self._away_m[axis], self._away_m_s[axis], self._integral_m_s2[axis] = away, speed, integral
 
-    def learn_drag(self, drag_hz: float, behind_m: list[float], gap_s: float) -> float:
+    def learn_drag(self, drag_hz: float, behind_m: Vec3, gap_s: float) -> float:
         """A better estimate of the drag, from being `behind_m` (east, north, …) along where this model falls behind."""
         x, y = self._away_m
         missing_hz = (behind_m[0] * x + behind_m[1] * y) / (NOISE_FLOOR_M2 + x * x + y * y)

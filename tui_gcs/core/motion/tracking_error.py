@@ -67,6 +67,10 @@ class TrackingMonitor:
     """Since when it has been following moving courses without a pause."""
     compared_s: float = -math.inf
     """Time of the newest position that was compared."""
+    compared: Course | None = None
+    """The moving course with which that position was compared."""
+    off_m: float = math.nan
+    """How far that position was from where the course wanted it then."""
     still_since_s: float = math.nan
     drag: DragModel = field(default_factory=DragModel)
     asked_m_s: float = 0.0
@@ -95,6 +99,7 @@ class TrackingMonitor:
                 return
             gap_s = min(gap_s, MAX_GAP_S)
         point, velocity = reference_when(course, at_s)
+        self.compared, self.off_m = course, math.dist(point, vehicle.telemetry.position_m)
         if self.lead.drag_hz is not None:
             self.drag.advance(gap_s, velocity, self.lead.drag_hz)
             self._learn_drag(point, vehicle.telemetry.position_m, gap_s)
@@ -105,9 +110,9 @@ class TrackingMonitor:
             return
         if math.isnan(self.since_s):
             self.since_s = at_s
-        behind = [p - q for p, q in zip(point, vehicle.telemetry.position_m, strict=True)]
-        along_m = sum(b * v for b, v in zip(behind, velocity, strict=True)) / speed
-        cross_m = math.sqrt(max(0.0, sum(b * b for b in behind) - along_m**2))
+        behind = _minus(point, vehicle.telemetry.position_m)
+        along_m = _dot(behind, velocity) / speed
+        cross_m = math.sqrt(max(0.0, _dot(behind, behind) - along_m**2))
         late_s = along_m / speed
         share = 1.0 if math.isnan(self.lag_s) else min(1.0, gap_s / DISPLAY_SMOOTH_S)
         self.lag_s = late_s if share == 1.0 else self.lag_s + share * (late_s - self.lag_s)
@@ -117,11 +122,7 @@ class TrackingMonitor:
             self._learn(late_s, behind, cross_m, accel, gap_s)
 
     def _compare_speeds(self, speed: float, velocity: Vec3, vehicle: Vehicle, at_s: float, gap_s: float) -> None:
-        made = (
-            sum(v * w for v, w in zip(vehicle.telemetry.velocity_m_s, velocity, strict=True)) / speed
-            if speed > 0.0
-            else 0.0
-        )
+        made = _dot(vehicle.telemetry.velocity_m_s, velocity) / speed if speed > 0.0 else 0.0
         if not math.isfinite(made):
             return
         share = min(1.0, gap_s / CRAWL_SMOOTH_S)
@@ -138,12 +139,12 @@ class TrackingMonitor:
 
     def _learn_drag(self, wanted_m: Vec3, place_m: Vec3, gap_s: float) -> None:
         """Learn the drag, in corners above all, however slow: there an autopilot's integral leans the wrong way."""
-        behind = [p - q for p, q in zip(wanted_m, place_m, strict=True)]
+        behind = _minus(wanted_m, place_m)
         settled = self.drag.age_s > SETTLE_S
         if self.lead.drag_hz is not None and settled and math.hypot(*behind) < LEARN_WITHIN_M:
             self.lead = replace(self.lead, drag_hz=self.drag.learn_drag(self.lead.drag_hz, behind, gap_s))
 
-    def _learn(self, late_s: float, behind: list[float], cross_m: float, accel: Vec3, gap_s: float) -> None:
+    def _learn(self, late_s: float, behind: Vec3, cross_m: float, accel: Vec3, gap_s: float) -> None:
         if abs(late_s) > LEARN_WITHIN_S or cross_m > LEARN_WITHIN_M:
             return
         late_s = min(max(late_s, -MAX_LEARNT_S), MAX_LEARNT_S)
@@ -154,7 +155,7 @@ class TrackingMonitor:
         accel_s2 = self.lead.accel_s2
         size = math.hypot(*accel)
         if size > MIN_ACCEL_M_S2:
-            left_m = sum(b * a for b, a in zip(behind, accel, strict=True)) / size
+            left_m = _dot(behind, accel) / size
             left_m = min(max(left_m, -MAX_LEARNT_M), MAX_LEARNT_M)
             accel_s2 = _within(accel_s2 + LEARN_PER_S * gap_s * left_m / size, MAX_ACCEL_S2)
         self.lead = LeadCompensation(time_s, accel_s2)
@@ -185,6 +186,15 @@ def reference_when(course: Course, at_s: float) -> tuple[Vec3, Vec3]:
     back_s = course.t0_s - at_s
     x, y, z = (p - back_s * v for p, v in zip(point, velocity, strict=True))
     return (x, y, z), velocity
+
+
+def _minus(a: Vec3, b: Vec3) -> Vec3:
+    # Written out: for each vehicle at each set-point, sums over generators took a tenth of a station's time.
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _dot(a: Vec3, b: Vec3) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _within(value: float, most: float) -> float:

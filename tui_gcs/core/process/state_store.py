@@ -44,7 +44,7 @@ class StateStore:
     def __init__(self, path: Path) -> None:
         """Read `path` if it exists; a file that cannot be read counts as lost, see `lost`."""
         self._path = path
-        self._written = ""
+        self._written = b""
         self._retry_s = -math.inf
         self._held: dict[str, Any] = {}
         self._continued = False
@@ -153,21 +153,24 @@ class StateStore:
         conditions = parts.conditions
         if parts.flight.executive.run in (RunPhase.STARTING, RunPhase.RUNNING):
             conditions.memory_lost = ""  # an operator has decided how to go on
-        text = json.dumps(_state(parts, frontend))
+        state = _state(parts, frontend)
+        # Asked at every tick, and nearly always nothing has changed: encoded like this it takes a sixth of the time.
+        # What is written may hold NaN, which this turns into null.
+        encoded = msgspec.json.encode(state)
         now = parts.records.clock.now()
-        if text == self._written or now < self._retry_s:
+        if encoded == self._written or now < self._retry_s:
             return
         new = self._path.with_suffix(".new")
         try:
             # Written beside and renamed: a `kill -9` in the middle leaves the old file whole.
-            new.write_text(text)
+            new.write_text(json.dumps(state))
             new.replace(self._path)
         except OSError as error:
             if not conditions.memory_error:
                 log.error("memory of this run cannot be written: %s", error)
             self._retry_s, conditions.memory_error = now + RETRY_S, f"{new}: {error.strerror}"
         else:
-            self._written, conditions.memory_error = text, ""
+            self._written, conditions.memory_error = encoded, ""
 
 
 def _state(parts: StationParts, frontend: StationFrontend) -> dict[str, Any]:

@@ -58,6 +58,8 @@ from tui_gcs.core.station.station import Station
 TICK_S = 0.05
 CPU_GAP_S = 0.2
 """How often the waiting of planner workers for CPU time is read: some files of /proc each."""
+REMEMBER_GAP_S = 0.1
+"""How often the state that a restart needs is compared with what was written."""
 RECEIVE_S = 0.005
 """Under load links are read this often: one wake-up serves many datagrams."""
 MAX_RECEIVE_S = 0.005
@@ -271,7 +273,7 @@ class StationLoop:
         self._gap = ReceiveGap(clock.now())
         self._receiver = Receiver(station, self._gap, clock)
         self._declarations = Declarations()
-        self._cpu_s = -math.inf
+        self._cpu_s = self._remember_s = -math.inf
         self._supervisor = os.getppid()
         self._is_asked_to_end = False
         store.recall(station.parts, frontend)
@@ -339,7 +341,9 @@ class StationLoop:
         self._workers.end_stuck(team.team.name for team in controllers.values() if team.planner.kill_wanted)
         # When the supervisor dies, this process gets another parent.
         self._station.conditions.orphaned = os.getppid() != self._supervisor
-        self._remember()
+        if now >= self._remember_s - 1e-3:
+            self._remember_s = now + REMEMBER_GAP_S
+            self._remember()
 
     def _remember(self) -> None:
         self._store.remember(self._station.parts, self._frontend)

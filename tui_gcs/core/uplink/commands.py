@@ -132,12 +132,14 @@ class CommandService:
 
     def stopping(self, vehicle: int) -> bool:
         """Whether a hold, landing or disarming of `vehicle` is not confirmed yet."""
-        return any(action.retry is RetryClass.STOP for action in self._pending.get(vehicle, {}).values())
+        return self.stop_under_way(vehicle) is not None
 
     def stop_under_way(self, vehicle: int) -> VehicleAction | None:
         """The stop of `vehicle` that is not confirmed yet; of several, the newest."""
-        stops = [a for a in self._pending.get(vehicle, {}).values() if a.retry is RetryClass.STOP]
-        return stops[-1] if stops else None
+        pending = self._pending.get(vehicle)
+        if not pending:  # nearly always, and it is asked of every vehicle at every tick
+            return None
+        return next((action for action in reversed(pending.values()) if action.retry is RetryClass.STOP), None)
 
     def pending(self, vehicle: int, name: str) -> bool:
         """Whether such an action is under way."""
