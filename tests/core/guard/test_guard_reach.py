@@ -64,10 +64,10 @@ def test_what_is_left_out_cannot_come_near_whatever_both_do(
 
 def test_a_neighbour_is_predicted_and_one_across_the_field_is_not() -> None:
     near = near_to([(0.0, 0.0, 40.0), (100.0, 50.0, 40.0)], guard(Limits()), NOW_S)
-    assert near(vehicle((-169.0, 20.0, 40.0)))
+    assert near(vehicle((-179.0, 20.0, 40.0)))
     assert near(vehicle((200.0, 150.0, 40.0)))
-    assert not near(vehicle((-171.0, 20.0, 40.0)))
-    assert near(vehicle((-171.0, 20.0, 40.0), speed_m_s=20.0)), "a pilot flies it, faster than the limit"
+    assert not near(vehicle((-181.0, 20.0, 40.0)))
+    assert near(vehicle((-181.0, 20.0, 40.0), speed_m_s=20.0)), "a pilot flies it, faster than the limit"
 
 
 def test_a_silent_vehicle_and_one_without_a_position_are_never_left_out() -> None:
