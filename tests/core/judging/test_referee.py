@@ -252,7 +252,7 @@ def test_never_on_slot_is_a_failed_check_and_ends_the_measuring(referee: Referee
         False,
         None,
         120.0,
-        "no vehicle was on its slot: does its planner say `joined` in its intents?",
+        "no vehicle was on its slot: does a no-fly zone close its way, or its planner never say `joined`?",
     )
     assert not check(referee, "home: coverage").ok and not check(referee, "home: worst / ideal").ok
 
@@ -342,7 +342,9 @@ def told_why(judge: Referee) -> set[str]:
 def test_what_was_not_measured_says_why() -> None:
     judge = referee_of(scenario(2))
     judge.on_status(status(0))
-    assert told_why(judge) == {"no vehicle was on its slot: does its planner say `joined` in its intents?"}
+    assert told_why(judge) == {
+        "no vehicle was on its slot: does a no-fly zone close its way, or its planner never say `joined`?"
+    }
     assert check(judge, "home: all on slot, s").value is None
     assert "\n     -- no vehicle was on its slot: does" in table(judge.result())
     judge.on_status(status(1))

@@ -131,6 +131,8 @@ async def test_pictures(tmp_path: Path, view: str, keys: list[str], size: tuple[
 async def test_nothing_rehearsed_yet_says_what_to_do(tmp_path: Path) -> None:
     async with rehearsals(tmp_path, empty=True) as c:
         assert "nothing was rehearsed yet: R rehearses" in c.text()
+        assert "R rehearse" in c.line(-1)
+        assert not any(key in c.line(-1) for key in ("Enter gates", "d changes", "Del cancel")), "nothing is there"
         for key in ("enter", "d", "y"):
             await c.press(key)
             assert "no rehearsal is chosen" in panel(c)
@@ -175,6 +177,14 @@ async def test_edits_that_are_not_applied_are_said_not_to_be_in_it(tmp_path: Pat
         screen(c).runs.unapplied = lambda: 2
         await c.press("R", "enter")
         assert "2 edits of the plan screen are not applied and NOT in it" in panel(c)
+
+
+async def test_the_key_that_cancels_is_named_while_one_is_under_way(tmp_path: Path) -> None:
+    async with rehearsals(tmp_path, NARROW) as c:
+        assert "Del cancel" not in c.line(-1)
+        await c.press("R", "enter")
+        await look(c)
+        assert "Del cancel" in c.line(-1)
 
 
 async def test_the_one_under_way_is_cancelled_after_y(tmp_path: Path) -> None:
@@ -285,6 +295,8 @@ async def test_the_failed_gates_come_first_with_their_reason(tmp_path: Path) -> 
         assert "FAILED: 2.91, limit 5.00" in panel(c) and "vehicles 3 and 4, 2:13" in panel(c)
         await c.press("down")
         assert "holds: 21.50, limit 30.00" in panel(c)
+        await c.press("escape", "enter")
+        assert "FAILED: 2.91, limit 5.00" in panel(c), "they are at the first gate again"
 
 
 async def test_the_path_of_a_report_is_copied(tmp_path: Path) -> None:

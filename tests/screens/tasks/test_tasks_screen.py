@@ -99,7 +99,7 @@ async def test_control_is_not_handed_to_oneself_and_a_refusal_is_shown() -> None
         await opened(c, "O")
         assert "choose a console first" in panel(c)
         await c.press("tab", "down", "O")
-        assert "that is this console" in panel(c)
+        assert "this is your console: choose with the arrows the one that is to have control" in panel(c)
         await c.press("down", "O", "y")
         assert "NOT DONE: planner-defend is a planner worker" in panel(c)
 

@@ -138,7 +138,7 @@ class ZoneMeasure:
         if self._window_s is not None:
             return ""
         if self._on_slot_s is None and not self._most_on_slot:
-            return "no vehicle was on its slot: does its planner say `joined` in its intents?"
+            return "no vehicle was on its slot: does a no-fly zone close its way, or its planner never say `joined`?"
         if self._on_slot_s is None:
             most = f"{self._most_on_slot} of {self._wanted} at most"
             return f"never all on their slots: {most} had `joined` and were within 5 m of where their intents had them"

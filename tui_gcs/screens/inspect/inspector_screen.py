@@ -10,6 +10,7 @@ from textual.containers import Horizontal
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.inspector_actions import INSPECTOR_ACTIONS
 from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.inspection import MessageRow
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.message_inspection import MessageInspector, matching
@@ -112,7 +113,7 @@ class InspectorScreen(PolledScreen):
 
     def _title(self, begin: str) -> str:
         selected = self.feed.selection.ids
-        parts = [begin, f"vehicles {ids(selected)}" if selected else "everything received"]
+        parts = [begin, vehicles_words(selected) if selected else "everything received"]
         if search := self.typed.title("find"):
             parts.append(search)
         if self.inspector.left_out:

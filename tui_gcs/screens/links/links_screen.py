@@ -9,6 +9,7 @@ from textual.binding import BindingType
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.link_actions import LINK_ACTIONS
 from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.link_report import LinkRow, PartnerRow, PathRow
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.link_watch import LinkWatch, badness
@@ -18,7 +19,6 @@ from tui_gcs.screens.links.link_edits import LINK_HINT, PARTNER_HINT, LinkEdits
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.top_lines import TopLines
@@ -107,7 +107,7 @@ class LinksScreen(PolledScreen):
     def show_chosen(self) -> None:
         """Show titles, and the chosen row in detail."""
         selected = self.feed.selection.ids
-        whose = f"vehicles {ids(selected)}" if selected else "all vehicles"
+        whose = vehicles_words(selected) if selected else "all vehicles"
         order = "worst first" if self._worst_first else "by vehicle"
         set_title(self.link_list, self._title(f"links  {len(self.link_list.rows)}"))
         set_title(self.path_list, self._title(f"paths  {len(self.path_list.rows)}", whose, order))

@@ -75,7 +75,6 @@ class RehearsalsScreen(PolledScreen):
         `tell` shows a line on every screen: how a rehearsal ended while the operator was looking at another one.
         """
         super().__init__(feed)
-        self._glyphs = glyphs
         self._state = state
         self._tell = tell
         self._rows: tuple[RehearsalRow, ...] = ()
@@ -91,6 +90,7 @@ class RehearsalsScreen(PolledScreen):
         self.change_list = ChangeList(glyphs=glyphs)
         self.panel = RehearsalPanel(glyphs=glyphs)
         self.options_bar = PromptBar("options")
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="show_rehearsals")
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the lists, the panel, the question and the footer."""
@@ -100,7 +100,7 @@ class RehearsalsScreen(PolledScreen):
         yield self.change_list
         yield self.panel
         yield self.options_bar
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_rehearsals")
+        yield self.footer
 
     @on(events.ScreenResume)
     def look_again(self) -> None:
@@ -185,7 +185,14 @@ class RehearsalsScreen(PolledScreen):
         result = result_words(row.record) if row is not None else ""
         set_title(self.gate_list, "   ".join(filter(None, (f"gates: {result}", under_way))))
         set_title(self.change_list, "   ".join(filter(None, ("scenario now, against the rehearsed one", under_way))))
+        self.footer.relabel(self._labels(row))
         self.panel.show(*self._panel(row))
+
+    def _labels(self, row: RehearsalRow | None) -> dict[str, str]:
+        """Return what keys are called: what nothing is there for is not offered."""
+        running = self._job is not None and self._job.running
+        labels = {"end_rehearsal": "cancel"} if running else {"end_rehearsal": ""}
+        return labels if row is not None else labels | {"gates": "", "changes": ""}
 
     def _progress_words(self) -> str:
         """Return how far the rehearsal under way is; "" where none is."""
@@ -267,6 +274,7 @@ class RehearsalsScreen(PolledScreen):
 
     def action_gates(self) -> None:
         """Show the gates of the chosen rehearsal, or go back to the list."""
+        self.gate_list.chosen = 0  # of another rehearsal a gate of that name may hold, and the failed ones stand first
         self._show_view("" if self.has_class(GATES) else GATES)
 
     def action_changes(self) -> None:

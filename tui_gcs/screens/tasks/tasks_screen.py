@@ -169,7 +169,7 @@ class TasksScreen(PolledScreen):
         if person is None:
             self._say("choose a console first: Tab shows who is connected", Ink.CAUTION)
         elif person.principal == self.feed.requests.principal:
-            self._say("that is this console: choose another one, or G takes control", Ink.CAUTION)
+            self._say("this is your console: choose with the arrows the one that is to have control", Ink.CAUTION)
         else:
             reason = "the next command of any console takes control again"
             self._ask(f"hand control over to {person.principal}", reason, "hand over", HandOver(person.principal))

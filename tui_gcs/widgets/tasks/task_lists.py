@@ -110,6 +110,8 @@ def person_texts(person: PersonRow) -> list[Run]:
         texts.append(("not connected now: a command of a shell, or a console that has left", Ink.TEXT))
     if person.is_in_control:
         texts.append(("has control; the next command of another console takes it", Ink.BOLD))
+    elif not texts:
+        texts.append(("has no control; its first command takes it, or who has it hands it over", Ink.TEXT))
     return texts
 
 
