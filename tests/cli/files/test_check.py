@@ -189,6 +189,33 @@ def test_a_zone_that_nobody_serves(capsys: pytest.CaptureFixture[str]) -> None:
         assert ("no team serves spare: no vehicle flies there" in capsys.readouterr().out) is reported
 
 
+WALL = """[[round.zone]]
+name = "wall"
+role = "no-fly"
+shape = "rectangle"
+centre_m = [300.0, %.1f]
+width_m = 10.0
+height_m = %.1f
+
+"""
+
+
+@pytest.mark.parametrize(("north_m", "height_m", "is_closed"), [(200.0, 400.0, True), (150.0, 300.0, False)])
+def test_a_zone_to_which_no_way_leads(
+    north_m: float, height_m: float, is_closed: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A wall across the field; 100 m shorter it leaves a way round its end."""
+    wall = WALL % (north_m, height_m)
+    Path("wall.toml").write_text(SCENARIO.read_text().replace("[[round.zone]]", wall + "[[round.zone]]", 1))
+    assert main(["check", "wall.toml"]) == 0
+    found = "caution round 1, team attack: attack: no way leads from the take-off places of 5-8 to field" in (
+        out := capsys.readouterr().out
+    )
+    assert found is is_closed
+    assert ("wall and the margin of 5 m leave none" in out) is is_closed
+    assert "no way leads from the take-off places of 1-4" not in out, "home is on their side"
+
+
 def test_layers_with_nothing_to_spare(capsys: pytest.CaptureFixture[str]) -> None:
     """30 vehicles on layers exactly as far apart as is allowed were held by the guard 1800 times in a rehearsal."""
     Path("a.toml").write_text(SCENARIO.read_text().replace("layer_m = 34.0", "layer_m = 32.5"))

@@ -61,15 +61,20 @@ def permitted_region(area: Shape, no_fly: Sequence[Zone], margin_m: float, zone:
     This is the connected part that shares most with `zone`, or else is nearest to it: vehicles cannot change from one
     part to another.
     """
-    kept_m = margin_m + RESERVE_M
-    free: BaseGeometry = polygon_of(area).buffer(-kept_m)
-    for closed in no_fly:
-        free = free.difference(polygon_of(closed.shape).buffer(kept_m))
-    parts = [part for part in getattr(free, "geoms", [free]) if not part.is_empty and part.area > MIN_PART_M2]
+    parts = permitted_parts(area, no_fly, margin_m)
     if not parts:
         return shapely.Polygon()
     target = polygon_of(zone)
     return max(parts, key=lambda part: (part.intersection(target).area, -part.distance(target)))
+
+
+def permitted_parts(area: Shape, no_fly: Sequence[Zone], margin_m: float) -> list[shapely.Polygon]:
+    """Return the connected parts into which margin and no-fly zones divide an operating area."""
+    kept_m = margin_m + RESERVE_M
+    free: BaseGeometry = polygon_of(area).buffer(-kept_m)
+    for closed in no_fly:
+        free = free.difference(polygon_of(closed.shape).buffer(kept_m))
+    return [part for part in getattr(free, "geoms", [free]) if not part.is_empty and part.area > MIN_PART_M2]
 
 
 @dataclass(frozen=True)

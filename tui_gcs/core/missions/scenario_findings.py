@@ -10,13 +10,14 @@ import numpy as np
 import shapely
 
 from tui_gcs.core.firmware.own_limits import shipped_problems
+from tui_gcs.core.geometry.zone_cells import permitted_parts, permitted_region
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.layer_assignment import layers_needed
 from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m, zone_cells
-from tui_gcs.core.scenario.vehicle_conflicts import Matrix, braking_limits, groups, place_conflicts
+from tui_gcs.core.scenario.vehicle_conflicts import Matrix, braking_limits, groups, place_conflicts, possible_teams
 
 HEIGHT_HELD_M = 0.5
 """How far vehicles are above or below their layer (barometers drift); two of them are off by twice that."""
@@ -97,7 +98,7 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
         _note(f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
     ]
     found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]
-    found += tight_layers(scenario, team)
+    found += [*tight_layers(scenario, team), *cut_off(scenario, current, zone, team)]
     found += [_caution(f"{team.name}: {part.area_m2:.0f} m2 {part.why}", "never seen") for part in cells.unreachable]
     if ideal_s > current.duration_s:
         text = (
@@ -105,6 +106,26 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
         )
         found.append(_caution(text))
     return found
+
+
+def cut_off(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[ScenarioFinding]:
+    """Find take-off places from which no way leads to the team's zone: no-fly zones may close it off altogether."""
+    no_fly = [each for each in current.zones if each.role is Role.NO_FLY]
+    margin_m = scenario.limits.geofence_margin_m
+    parts = permitted_parts(current.area.shape, no_fly, margin_m)
+    if len(parts) < 2:
+        return []
+    there = permitted_region(current.area.shape, no_fly, margin_m, zone.shape)
+    starts = [p for p in scenario.places if team in possible_teams(p, scenario.teams, scenario.places)]
+    closed = [place for place in starts if not min(parts, key=shapely.Point(place.place_m).distance).equals(there)]
+    if not closed:
+        return []
+    who = (
+        id_ranges([place.vehicle for place in closed if place.vehicle is not None]) or f"{len(closed)} take-off places"
+    )
+    names = ", ".join(each.name for each in no_fly) or "the border"
+    text = f"{team.name}: no way leads from the take-off places of {who} to {zone.name}"
+    return [_caution(text, f"{names} and the margin of {margin_m:g} m leave none: move it, or the places")]
 
 
 def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[ScenarioFinding]:
