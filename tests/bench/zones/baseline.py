@@ -19,6 +19,8 @@ from tui_gcs.planner.patrol.tour_smoothing import TourDraft, TourLimits, draft_o
 
 MIN_WAY_M = 0.25
 """Lanes over what one place sees may be pulled together beside an obstacle: below this they are no way to fly."""
+MAX_PERIOD_S = 20_000.0
+"""Twice what 100 ha take with one vehicle. Lanes that an obstacle presses together may have to be crawled."""
 
 
 def boustrophedon_worst_s(task: PlannerTask) -> float:
@@ -39,7 +41,10 @@ def boustrophedon_worst_s(task: PlannerTask) -> float:
         if np.ptp(path, axis=0).max() < MIN_WAY_M:
             drafts = [site.draft("loop", path[:1])]
         for draft in drafts:
-            found = evaluate_large(site.timed(draft), cells, task.footprint_radius_m, n)
+            tour = site.timed(draft)
+            if tour.period_s > MAX_PERIOD_S:
+                continue
+            found = evaluate_large(tour, cells, task.footprint_radius_m, n)
             if found.coverage == 1.0:
                 best_s = min(best_s, found.worst_s)
                 break

@@ -10,6 +10,7 @@ from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.planner.patrol.tour import (
     AVERAGING_S,
+    MAX_SAMPLES,
     MAX_TURN_JERK_M_S3,
     SENT_STEP_S,
     SPARSE_SENT_STEP_S,
@@ -143,3 +144,17 @@ def test_one_place_is_bit_for_bit_one_of_many() -> None:
     many = tour.places(phases)
     np.testing.assert_array_equal(many, tour.at(phases)[0])
     np.testing.assert_array_equal(many, [tour.place(phase) for phase in phases.tolist()])
+
+
+def test_a_path_that_must_be_crawled_is_a_tour_of_bounded_size() -> None:
+    """Beside an obstacle a draft may have places at which no speed at all is allowed."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    path_m = 100.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    stopped = np.zeros(len(path_m))
+    stopped[30:] = 8.0
+    tour = timed(path_m, 8.0, 2.5, stopped)
+    assert math.isfinite(tour.period_s) and tour.period_s > 600.0
+    assert len(tour.xy_m) <= MAX_SAMPLES
+    assert np.isfinite(tour.xy_m).all() and np.isfinite(tour.velocity_m_s).all()
+    slow = timed(1000.0 * path_m, 8.0, 2.5, np.zeros(len(path_m)))
+    assert len(slow.xy_m) == MAX_SAMPLES
