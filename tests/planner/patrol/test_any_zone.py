@@ -96,6 +96,15 @@ def test_the_baseline_of_a_zone_that_one_place_sees_is_no_way_of_a_single_point(
     assert boustrophedon_worst_s(task_of(parse(drawn.toml), drawn.autopilot)) < 0.3
 
 
+def test_a_loop_beside_a_closed_middle_gets_detours_to_the_corners_that_it_misses() -> None:
+    """0.08 ha that one footprint nearly covers, with four no-fly zones in and about its middle."""
+    drawn = random_scenario(31816470, 32)
+    task = task_of(parse(drawn.toml), drawn.autopilot)
+    task = msgspec.structs.replace(task, parameters={"search": 0})
+    found = forecast(task, KinematicFleet(task, scattered(drawn.n)).frame(), {})
+    assert found.worst_s <= boustrophedon_worst_s(task) + 0.3
+
+
 def test_what_is_sent_of_a_tour_round_a_no_fly_zone_passes_the_guard() -> None:
     """Set-points are shifted along the acceleration, which points at the zone that a vehicle flies round."""
     mast, around = no_fly(Circle((300.0, 200.0), 12.0)), np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)

@@ -151,6 +151,7 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     # A zone that one footprint nearly covers needs no lanes: vehicles circle over its middle.
     if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
         search.best = site.judged(TourDraft("loop", site.region.pulled_inside(_loop(centre)), 1.0), n)
+        _add_detours(search, site, [])  # where the middle is closed the loop lies beside it, and may miss a corner
         return search
     if site.is_large:
         return _begin_large(search, site)
