@@ -60,6 +60,7 @@ def live_fleet(folder: Path) -> Iterator[Row]:
             return reply.ok
 
         wait(console, started, 120, "vehicles ready to start")
+        yield Row(f"{VEHICLES} vehicles: until all were ready and the start was taken", time.monotonic() - began_s, "s")
         yield Row(f"{VEHICLES} vehicles: longest wait for an answer to a start", max(answers_s), "s", 2.0)
         wait(console, lambda: status[-1].run is m.RunPhase.RUNNING, ALL_UP_WITHIN_S, "all on their layers")
         yield Row(f"{VEHICLES} vehicles: from the start until all are on their layers", time.monotonic() - began_s, "s")
