@@ -9,7 +9,7 @@ import shapely
 
 from tests.bench.zones.baseline import boustrophedon_worst_s
 from tests.bench.zones.flown import task_of
-from tests.bench.zones.scenarios import random_scenario
+from tests.bench.zones.scenarios import RandomScenario, random_scenario
 from tests.planner.rigs.flights import AREA, no_fly, region_of, zone_of
 from tests.planner.rigs.guarded import refusals
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
@@ -82,13 +82,17 @@ def test_the_first_plan_leaves_no_pocket_behind_walls_out() -> None:
     assert design is not None and design.real.coverage == 1.0
 
 
-def test_many_vehicles_over_a_small_zone_watch_it_no_worse_than_the_simplest_lanes() -> None:
-    """With 19 vehicles over 0.9 ha the shortest tour is not the best: all of it can be in sight all the time."""
-    drawn = random_scenario(4102, 13)
+def assert_no_worse_than_the_simplest_lanes(drawn: RandomScenario) -> None:
+    """The first plan, without a search, sees all of it and lets no place wait longer."""
     task = task_of(parse(drawn.toml), drawn.autopilot)
     task = msgspec.structs.replace(task, parameters={"search": 0})
     found = forecast(task, KinematicFleet(task, scattered(drawn.n)).frame(), {})
     assert found.worst_s <= boustrophedon_worst_s(task) + 0.3
+
+
+def test_many_vehicles_over_a_small_zone_watch_it_no_worse_than_the_simplest_lanes() -> None:
+    """With 19 vehicles over 0.9 ha the shortest tour is not the best: all of it can be in sight all the time."""
+    assert_no_worse_than_the_simplest_lanes(random_scenario(4102, 13))
 
 
 def test_the_baseline_of_a_zone_that_one_place_sees_is_no_way_of_a_single_point() -> None:
@@ -98,11 +102,7 @@ def test_the_baseline_of_a_zone_that_one_place_sees_is_no_way_of_a_single_point(
 
 def test_a_loop_beside_a_closed_middle_gets_detours_to_the_corners_that_it_misses() -> None:
     """0.08 ha that one footprint nearly covers, with four no-fly zones in and about its middle."""
-    drawn = random_scenario(31816470, 32)
-    task = task_of(parse(drawn.toml), drawn.autopilot)
-    task = msgspec.structs.replace(task, parameters={"search": 0})
-    found = forecast(task, KinematicFleet(task, scattered(drawn.n)).frame(), {})
-    assert found.worst_s <= boustrophedon_worst_s(task) + 0.3
+    assert_no_worse_than_the_simplest_lanes(random_scenario(31816470, 32))
 
 
 def test_what_is_sent_of_a_tour_round_a_no_fly_zone_passes_the_guard() -> None:

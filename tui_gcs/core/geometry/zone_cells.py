@@ -62,8 +62,11 @@ def permitted_region(area: Shape, no_fly: Sequence[Zone], margin_m: float, zone:
     part to another.
     """
     parts = permitted_parts(area, no_fly, margin_m)
-    if not parts:
-        return shapely.Polygon()
+    return part_for(zone, parts) if parts else shapely.Polygon()
+
+
+def part_for(zone: Shape, parts: Sequence[shapely.Polygon]) -> shapely.Polygon:
+    """Return the part from which `zone` is flown: the one that shares most with it, or else is nearest to it."""
     target = polygon_of(zone)
     return max(parts, key=lambda part: (part.intersection(target).area, -part.distance(target)))
 

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from tui_gcs.core.firmware.own_limits import shipped_problems
-from tui_gcs.core.geometry.zone_cells import permitted_parts, permitted_region
+from tui_gcs.core.geometry.zone_cells import part_for, permitted_parts
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.alarms import id_ranges
@@ -115,14 +115,13 @@ def cut_off(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[
     parts = permitted_parts(current.area.shape, no_fly, margin_m)
     if len(parts) < 2:
         return []
-    there = permitted_region(current.area.shape, no_fly, margin_m, zone.shape)
+    there = part_for(zone.shape, parts)
     starts = [p for p in scenario.places if team in possible_teams(p, scenario.teams, scenario.places)]
-    closed = [place for place in starts if not min(parts, key=shapely.Point(place.place_m).distance).equals(there)]
+    closed = [place for place in starts if min(parts, key=shapely.Point(place.place_m).distance) is not there]
     if not closed:
         return []
-    who = (
-        id_ranges([place.vehicle for place in closed if place.vehicle is not None]) or f"{len(closed)} take-off places"
-    )
+    numbers = [place.vehicle for place in closed if place.vehicle is not None]
+    who = id_ranges(numbers) or f"{len(closed)} vehicles"
     names = ", ".join(each.name for each in no_fly) or "the border"
     text = f"{team.name}: no way leads from the take-off places of {who} to {zone.name}"
     return [_caution(text, f"{names} and the margin of {margin_m:g} m leave none: move it, or the places")]
