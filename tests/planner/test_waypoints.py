@@ -85,6 +85,16 @@ def test_a_vehicle_without_a_path_holds_and_gives_the_reason() -> None:
     assert (second.kind, second.reason) == ("hold", "no path was drawn for it")
 
 
+def test_a_vehicle_whose_points_are_nearly_one_flies_there_and_stays() -> None:
+    host, team = hosted("1: 100,100 100.000001,100"), fleet(1)
+    for _ in range(200):
+        plan = host.step(team.frame())
+        assert not plan.error, plan.error
+        team.follow(plan, 0.2)
+    assert np.hypot(*(team.position_m[0, :2] - (100.0, 100.0))) < 1.0
+    assert plan.metrics["joined"] == 1
+
+
 @pytest.mark.parametrize(
     ("paths", "why"),
     [

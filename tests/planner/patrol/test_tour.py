@@ -146,6 +146,14 @@ def test_one_place_is_bit_for_bit_one_of_many() -> None:
     np.testing.assert_array_equal(many, [tour.place(phase) for phase in phases.tolist()])
 
 
+@pytest.mark.parametrize("apart_m", [0.0, 1e-9])
+def test_a_path_in_one_place_is_a_tour_that_stands_there(apart_m: float) -> None:
+    tour = timed(resampled(np.array([(3.0, 4.0), (3.0 + apart_m, 4.0)])), 8.0, 2.0)
+    assert tour.period_s > 0.0
+    assert tour.at(np.array([0.0, 0.7, 100.0]))[0] == pytest.approx(np.array([(3.0, 4.0)] * 3))
+    assert not tour.velocity_m_s.any()
+
+
 def test_a_path_that_must_be_crawled_is_a_tour_of_bounded_size() -> None:
     """Beside an obstacle a draft may have places at which no speed at all is allowed."""
     angle = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)

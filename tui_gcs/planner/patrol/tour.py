@@ -219,11 +219,14 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     """Return the closed path (m, 2) flown as fast as speed and acceleration allow.
 
     Lateral and longitudinal acceleration share one circle. `speed_cap_m_s` (m,) is a further limit along the path. The
-    result is averaged, because a vehicle must lean over before its acceleration changes.
+    result is averaged, because a vehicle must lean over before its acceleration changes. A path whose points are all in
+    one place gives a tour that stands there.
     """
     step_m = np.hypot(*np.diff(path_m, axis=0, append=path_m[:1]).T)
     limit = np.full(len(path_m), speed_m_s) if speed_cap_m_s is None else np.minimum(speed_cap_m_s, speed_m_s)
     apart = step_m > SAME_M  # the path's turn would be lost between two points in one place
+    if not apart.any():
+        return Tour(1.0, np.repeat(path_m[:1], 2, axis=0), np.zeros((2, 2)))
     path_m, step_m, limit = path_m[apart], step_m[apart], limit[apart]
     curvature = curvature_1_m(path_m)
     limit = np.minimum(limit, np.sqrt(accel_m_s2 / np.maximum(curvature, 1e-9)))
