@@ -47,8 +47,9 @@ test: .venv/installed-dev
 	@$(MAKE) --no-print-directory --jobs=2 lint bytecode
 	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m 'not long and not endurance and not by_keys'
 
+# Two of the four mostly wait, for flights at 1x (tests/conftest.py); the others have a core each.
 flights: .venv/installed-dev
-	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m long
+	$(BIN)/pytest --numprocesses 4 --dist loadgroup -m long
 
 endurance: .venv/installed-dev
 	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m endurance

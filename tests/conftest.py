@@ -41,6 +41,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Tests that run at 1x mostly wait: they come first and on one worker, so that the others fill the time.
 
+    Those of the group "operator" have another worker: each of the two takes about six minutes of `make flights`.
     Whole missions come next: one of them takes minutes, and begun last it would be waited for alone.
     """
     config.stash[COLLECTED] = list(items)

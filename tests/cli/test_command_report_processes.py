@@ -20,7 +20,7 @@ SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
 ASKS_A_STATION = ("hold", "return", "land", "status", "preflight", "task", "vehicle")
 WPL = "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t{lat}\t{lon}\t0\t1\n1\t0\t3\t16\t0\t0\t0\t0\t{lat}\t{lon}\t20\t1\n"
 
-pytestmark = [pytest.mark.process]
+pytestmark = [pytest.mark.process, pytest.mark.xdist_group("operator")]
 OFTEN = ("1-2", "1,9")
 """Several vehicles, and one beside one that is not there: of a command for vehicles, `make flights` asks these."""
 
@@ -44,10 +44,9 @@ CASES = [
         who,
         marks=pytest.mark.long if who in OFTEN or "1-2" not in line_of(command, "1-2") else pytest.mark.endurance,
     )
+    for who in ("1", "1-2", "9", "1,9")  # first: what a vehicle still does from a command would hold its next one up
     for command in sorted(with_json())
-    if command.startswith(ASKS_A_STATION)
-    for who in ("1", "1-2", "9", "1,9")
-    if who == "1" or who in line_of(command, who)
+    if command.startswith(ASKS_A_STATION) and (who == "1" or who in line_of(command, who))
 ]
 
 

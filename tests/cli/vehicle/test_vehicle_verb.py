@@ -514,6 +514,7 @@ def test_an_interrupted_command_leaves_its_task_and_says_so(
 
 @pytest.mark.long
 @pytest.mark.process
+@pytest.mark.xdist_group("operator")
 def test_both_autopilots_through_a_station_of_its_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
