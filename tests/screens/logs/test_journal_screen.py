@@ -100,7 +100,7 @@ async def test_filters_by_severity_class_vehicle_and_words() -> None:
         c.app.feed.selection.set((3,))
         await c.press("e")
         assert {line.split("vehicle")[-1].split()[0] for line in shown(c) if "old" in line} == {"3"}
-        assert "vehicles 3" in c.text()
+        assert "vehicle 3" in c.text()
         assert c.station.commands() == []
 
 

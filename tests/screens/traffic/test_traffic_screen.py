@@ -56,7 +56,7 @@ async def test_the_chosen_contact_is_described() -> None:
         await opened(c)
         names = [contact.seen.name for contact in c.app.screen.contact_list.rows]
         await c.press(*["down"] * names.index("@4"))
-        assert "track @4: seen by vehicle 2-3" in panel(c) and "6 m/s" in panel(c)
+        assert "track @4: seen by vehicles 2-3" in panel(c) and "6 m/s" in panel(c)
 
 
 @pytest.mark.parametrize(

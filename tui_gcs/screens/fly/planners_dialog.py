@@ -2,6 +2,7 @@
 
 from textwrap import wrap
 
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import TeamStatus
 from tui_gcs.core.protocol.metric_names import all_words
 from tui_gcs.feed.feed import Feed
@@ -9,7 +10,7 @@ from tui_gcs.feed.messages import StatusUpdated
 from tui_gcs.screens.common.text_dialog import LINE_CELLS, ScrolledDialog
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
-from tui_gcs.widgets.basics.number_text import ids, packed
+from tui_gcs.widgets.basics.number_text import packed
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.fleet.planner_panel import fleet_lines, team_lines
 
@@ -44,7 +45,8 @@ class PlannersDialog(ScrolledDialog):
 
 def team_text(team: TeamStatus, glyphs: GlyphSet) -> list[Line]:
     """Return all lines about a team, with its planner's own metrics and error text."""
-    title = f"{team.name}: vehicles {ids(team.members) or 'none'}, {team.planner} at {team.rate_hz:g} Hz {team.worker}"
+    whose = vehicles_words(team.members) if team.members else "no vehicles"
+    title = f"{team.name}: {whose}, {team.planner} at {team.rate_hz:g} Hz {team.worker}"
     counted = packed(all_words(team.metrics), LINE_CELLS - 2)
     failed = [part for line in team.error.splitlines() for part in wrap(line, LINE_CELLS - 2)]
     return [

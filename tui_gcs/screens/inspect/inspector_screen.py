@@ -22,7 +22,6 @@ from tui_gcs.screens.inspect.message_rates import MessageRates
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.top_lines import TopLines
@@ -202,7 +201,7 @@ class InspectorScreen(PolledScreen):
             return
         self._rate_for = chosen.row
         vehicles = self.rates.vehicles_of(chosen.row)
-        self.rate_bar.ask(f"{chosen.row.name} of vehicle {ids(vehicles)}, Hz (0 = off, auto) =")
+        self.rate_bar.ask(f"{chosen.row.name} of {vehicles_words(vehicles)}, Hz (0 = off, auto) =")
 
     @on(PromptBar.Answered, "#rate")
     def _set_rate(self, message: PromptBar.Answered) -> None:

@@ -17,6 +17,7 @@ from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, GetJournal, JournalEvent
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
@@ -30,7 +31,6 @@ from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
-from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, cut, wrapped
 from tui_gcs.widgets.basics.top_lines import TopLines
@@ -275,7 +275,7 @@ class JournalScreen(Screen[None]):
         if chosen.severity != SEVERITIES[0]:
             parts.append(SEVERITY_WORDS[chosen.severity])
         if chosen.vehicles is not None:
-            parts.append(f"vehicles {ids(chosen.vehicles) or 'none selected'}")
+            parts.append(vehicles_words(chosen.vehicles) if chosen.vehicles else "no vehicle selected")
         if not self._before:
             parts.append("from its beginning")
         if self.feed.station_lost:

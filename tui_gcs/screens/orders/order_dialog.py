@@ -12,6 +12,7 @@ from tui_gcs.actions.order_forecast import OrderForecast, forecast_order
 from tui_gcs.actions.orders import Grade, OrderError, OrderField, OrderInput, VehicleOrder, left_out_words, split
 from tui_gcs.actions.places import PlaceReferences
 from tui_gcs.core.base.clock import Clock, MonotonicClock
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Freshness, Request, RunKind, VehicleRow
 from tui_gcs.core.protocol.flight import Arm, TakeOff
 from tui_gcs.core.protocol.preflight import open_by_hand
@@ -261,7 +262,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         if before == now or not isinstance(before, tuple) or not isinstance(now, tuple):
             return ""
         changed = [v for v, was, is_ in zip(self.vehicles, before, now, strict=True) if was != is_]
-        return f"vehicle {ids(changed)} changed meanwhile: look, and ask again"
+        return f"{vehicles_words(changed)} changed meanwhile: look, and ask again"
 
     def body(self) -> list[Line]:
         """Return the vehicles as they are now, what will happen, and what to type."""

@@ -5,7 +5,7 @@ from pathlib import Path
 from textual.app import ComposeResult
 
 from tui_gcs.actions.action import SCREENS, action
-from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.notices import Notice
 from tui_gcs.feed.plots.flight_source import FlightPlotSource
 from tui_gcs.feed.plots.plot_layout import WHOLE_FLIGHT
@@ -68,11 +68,11 @@ class FlightPlotsScreen(PlotScreen):
         """Read what is plotted and was not read yet."""
         if self.flight.is_reading and self.is_current:
             self.ask()
-        whose = id_ranges(self.flight.vehicles) or "none"
+        whose = vehicles_words(self.flight.vehicles) if self.flight.vehicles else "no vehicles"
         doing = "reading …" if self.flight.is_reading else self.flight.error
         self.title_line.show(
             (" RECORDED ", Ink.REPLAY),
-            (f"  {self._title}   vehicles {whose}   {self.source.time_words(self.flight.begin_s)} - ", Ink.TEXT),
+            (f"  {self._title}   {whose}   {self.source.time_words(self.flight.begin_s)} - ", Ink.TEXT),
             (f"{self.source.time_words(self.source.now_s)}   ", Ink.TEXT),
             (doing, Ink.CAUTION),
         )

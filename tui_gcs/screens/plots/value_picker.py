@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 
 from textual import events
 
-from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.plots.plotted_values import PlotValue, ValueName, matching, split_vehicles
 from tui_gcs.screens.common.text_dialog import TextDialog
 from tui_gcs.widgets.basics.glyphs import GlyphSet
@@ -82,9 +82,9 @@ class ValuePicker(TextDialog[None]):
         shown = {(value.kind, value.name) for value in self._shown()}
         room = max(1, min(24, self.room - LINES_BESIDE))
         first = max(0, self._at - room + 1)
-        whose = id_ranges(meant) or "none yet"
+        whose = vehicles_words(meant) if meant else "no vehicles yet"
         other = "" if split_vehicles(self._typed)[0] else "   (v3 or v1-4 before the words: others)"
-        whose = f"   vehicles {whose if len(whose) <= MAX_VEHICLE_CELLS else len(meant)}{other}"
+        whose = f"   {whose if len(whose) <= MAX_VEHICLE_CELLS else f'{len(meant)} vehicles'}{other}"
         lines: list[Line] = [[("/ ", Ink.BOLD), (f"{self._typed}_", Ink.BOLD), (whose, Ink.MUTED)]]
         for index, name in enumerate(found[first : first + room], start=first):
             at = index == self._at

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.points import PointOfInterest
 from tui_gcs.feed.traffic.contacts import Contact
 from tui_gcs.widgets.basics.border_titles import framed, set_title
@@ -100,7 +100,7 @@ def contact_texts(contact: Contact) -> list[Run]:
     seen = contact.seen
     speed = math.hypot(*seen.velocity_m_s)
     moves = f", {speed:.0f} m/s" if speed == speed else ", speed not known"
-    whose = f"seen by vehicle {id_ranges(seen.seen_by)}" if seen.seen_by else "not seen now"
+    whose = f"seen by {vehicles_words(seen.seen_by)}" if seen.seen_by else "not seen now"
     texts: list[Run] = [(f"{seen.kind} {seen.name}: {whose}, {seen.age_s:.0f} s ago{moves}", Ink.BOLD)]
     if contact.nearest:
         height = f", {height_words(contact.above_m)} m to its height" if contact.above_m == contact.above_m else ""
