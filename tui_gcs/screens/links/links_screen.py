@@ -60,6 +60,7 @@ class LinksScreen(PolledScreen):
         self.rate_bar = PromptBar("rate")
         self.link_bar = PromptBar("link")
         self.partner_bar = PromptBar("partner")
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="show_links")
 
     def compose(self) -> ComposeResult:
         """Compose the top lines, the lists, the details, the questions and the footer."""
@@ -71,7 +72,7 @@ class LinksScreen(PolledScreen):
         yield self.rate_bar
         yield self.link_bar
         yield self.partner_bar
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_links")
+        yield self.footer
 
     @on(events.ScreenResume)
     @on(StationBack)
@@ -113,6 +114,13 @@ class LinksScreen(PolledScreen):
         set_title(self.path_list, self._title(f"paths  {len(self.path_list.rows)}", whose, order))
         set_title(self.partner_list, self._title("forwarding partners"))
         self.panel.show(self.row_list.chosen_row, self.edits.report)
+        self.footer.relabel(self._labels())
+
+    def _labels(self) -> dict[str, str]:
+        """Keys of the partners, which come before those of links where a narrow footer has no room for all."""
+        if self.row_list is not self.partner_list:
+            return {}
+        return {"add": "add"} if self.row_list.chosen_row is None else {"add": "add", "close": "close"}
 
     def _title(self, *parts: str) -> str:
         left_out = f"{self.watch_links.left_out} paths more" if self.watch_links.left_out else ""
