@@ -437,12 +437,13 @@ async def test_no_mission_follows_a_fence_that_failed_and_r_tries_again() -> Non
         await take(c, planned(c))
         await c.press("2", "U", "y")
         assert c.mission_station.uploads() == [(2, "fence")]
-        assert "upload FAILED for vehicle 2: R tries again" in c.said()
+        assert "upload FAILED for vehicle 2: ^R why, R tries again" in c.said()
+        assert "!  2     3  upload FAILED: R again" in c.text()
         assert "2: fence NOT on board: no answer; mission not sent" in c.verdict()
         c.mission_station.fails.clear()
         await c.press("R", "y")
         assert c.mission_station.uploads()[1:] == [(2, "fence"), (2, "mission")]
-        assert "upload done" in c.said()
+        assert "upload done" in c.said() and "FAILED" not in c.text()
 
 
 async def test_what_is_on_its_way_is_shown_and_can_be_ended(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -208,7 +208,7 @@ class MissionTransfers:
         ]
         failed = [each.vehicle for each in came if not each.good]
         if failed:
-            self._feedback.report(f"{what} FAILED for {vehicles_words(failed)}: R tries again", Ink.WARNING)
+            self._feedback.report(f"{what} FAILED for {vehicles_words(failed)}: ^R why, R tries again", Ink.WARNING)
         else:
             self._feedback.report(f"{what} done: {vehicles_words(each.vehicle for each in came)}")
         self._show()

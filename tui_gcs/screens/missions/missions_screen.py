@@ -231,7 +231,7 @@ class MissionsScreen(DraftScreen):
     def _show_transfers(self) -> None:
         """Show the progress of each transfer, and above the list that of all together."""
         jobs = self.transfers.jobs
-        self.plan_list.show(jobs.states())
+        self.plan_list.show(jobs.states(), frozenset(each.vehicle for each in jobs.failed if each.to_vehicle))
         overall = jobs.overall()
         title = COLUMNS_TITLE if self.has_class("-short") else "missions"
         hidden = self.plan_list.hidden if self.has_class("-short") else 0  # without a border below, the title counts

@@ -50,13 +50,14 @@ class PlanList(LinesView):
         super().__init__(**options)  # type: ignore[arg-type]
         self._editor = editor
         self._states: Mapping[int, str] = {}
+        self._failed: frozenset[int] = frozenset()
         self._first = 0
         self.hidden = 0
         """Number of vehicles above and below those in view."""
 
-    def show(self, states: Mapping[int, str]) -> None:
-        """Show the draft; `states` are the transfers under way, by vehicle."""
-        self._states = states
+    def show(self, states: Mapping[int, str], failed: frozenset[int] = frozenset()) -> None:
+        """Show the draft; `states` are the transfers under way, by vehicle, `failed` the vehicles to send to again."""
+        self._states, self._failed = states, failed
         self.update_lines()
 
     def on_click(self, event: events.Click) -> None:
@@ -90,13 +91,15 @@ class PlanList(LinesView):
         editor = self._editor
         look, draft = editor.forecast, editor.draft.of(vehicle)
         chosen = vehicle == editor.vehicle
-        mark, ink = _mark(editor, vehicle)
+        mark, ink = ("!", Ink.WARNING) if vehicle in self._failed else _mark(editor, vehicle)
         name = f"{self.glyphs.selected if chosen else ' '}{mark}{vehicle:>3}"
         style = Ink.BOLD if chosen else Ink.TEXT
         if state := self._states.get(vehicle, ""):
             return [(name, ink if mark != " " else style), (f" {state}", Ink.ADVISORY)]
         if draft.is_empty:
             return [(name, style), ("     nothing planned", Ink.MUTED)]
+        if vehicle in self._failed:
+            return [(name, Ink.WARNING), (f" {len(draft.mission):>5}  upload FAILED: R again", Ink.WARNING)]
         path = look.path(vehicle)
         left = f"{look.battery_left_pct(vehicle):>4.0f}%" if not path.is_empty else f"{'--':>5}"
         end = "+" if path.endless or path.cut else " "
