@@ -19,6 +19,13 @@ from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import Freshness, Phase, Request, VehicleRow
 
+STANDING_M_S = 0.5
+"""A vehicle that is slower stands still."""
+STOP_S = 3.0
+"""A vehicle that brakes comes to a stop on less than the way of this time: ArduCopter needs 3.2 s from 8 m/s."""
+TOWARDS_SHARE = 0.8
+"""A vehicle flies towards a place if this share of its speed leads there."""
+
 
 class Grade(IntEnum):
     """What an operator must do to confirm an order."""
@@ -181,6 +188,22 @@ def _gimbal(row: VehicleRow) -> str:
     return _shown("gimbal", row.gimbal)
 
 
+def _returns(row: VehicleRow) -> bool:
+    """Whether telemetry shows that a vehicle returns; its phase is only what the station wants of it.
+
+    It shows it by standing still, for it may wait for others on its way, or by flying towards a goal that is farther
+    than the place where it would stop. A returning vehicle that stands for longer raises an alarm of the station.
+    """
+    speed_m_s = math.hypot(*row.velocity_m_s)
+    if row.phase is Phase.LANDING or (row.phase is Phase.RETURNING and speed_m_s < STANDING_M_S):
+        return True
+    way_m = [goal - here for goal, here in zip(row.goal_m, row.position_m, strict=True)]
+    away_m = math.hypot(*way_m)
+    towards_m_s = sum(w * v for w, v in zip(way_m, row.velocity_m_s, strict=True)) / max(away_m, 0.1)
+    is_far = away_m > speed_m_s * STOP_S
+    return row.phase is Phase.RETURNING and is_far and towards_m_s > TOWARDS_SHARE * speed_m_s
+
+
 def _shown(what: str, shows: bool | None) -> str:
     """A doubt only: some vehicles that have one report none, see `PayloadDevices.has_camera`."""
     return "" if shows else f"shows no {what}" if shows is False else f"no {what} known"
@@ -258,7 +281,7 @@ ORDERS = (
         _flies,
         lambda given: m.Return(vehicles=given.vehicles),
         (Grade.ENTER, Grade.ENTER),
-        seen=lambda row: (row.phase in (Phase.RETURNING, Phase.LANDING) and not row.stop_pending) or not row.armed,
+        seen=lambda row: (_returns(row) and not row.stop_pending) or not row.armed,
         begins=True,
         is_stop=True,
         brief="home, land in turn",

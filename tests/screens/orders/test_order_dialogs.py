@@ -126,6 +126,20 @@ async def test_what_has_only_begun_is_never_called_done() -> None:
         assert "done" in lines["4"] and "begun" in lines["5"]
 
 
+async def test_a_return_has_begun_when_telemetry_shows_it() -> None:
+    """The phase is what the station wants: a vehicle that flies on as before has not begun to return."""
+    async with console(NARROW, flight) as c:
+        row = c.station.frame().rows()[0]
+        ahead = tuple(here + 10.0 * speed for here, speed in zip(row.position_m, row.velocity_m_s, strict=True))
+        c.station.changes |= {1: {"velocity_m_s": row.velocity_m_s}}
+        await c.press("!", "r")
+        await c.tick()
+        assert "RETURN ALL: waiting for 1" in c.result()
+        c.station.changes |= {1: {"velocity_m_s": row.velocity_m_s, "goal_m": ahead}}
+        await c.tick()
+        assert "RETURN ALL: begun for all 8" in c.result()
+
+
 async def test_a_goto_counts_as_begun_when_the_station_reports_it() -> None:
     async with console(NARROW, flight) as c:
         await select(c, "3")

@@ -309,7 +309,10 @@ class FakeStation:
             camera=True,
             gimbal=True,
         )
-        return row._replace(**self.changes.get(row.id, {}))
+        row = row._replace(**self.changes.get(row.id, {}))
+        if row.phase is m.Phase.RETURNING and "velocity_m_s" not in self.changes.get(row.id, {}):
+            return row._replace(velocity_m_s=(0.0, 0.0, 0.0))  # it waits for another one on its way
+        return row
 
     def _team(self, name: str) -> m.TeamStatus:
         team = next(t for t in self.scenario.teams if t.name == name)
