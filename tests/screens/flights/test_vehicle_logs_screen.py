@@ -107,6 +107,9 @@ async def test_the_footer_names_what_can_be_done_next_and_what_a_download_waits_
         assert "Enter download" not in c.line(-1)
         c.station.tasks[3] = msgspec.structs.replace(c.station.tasks[3], state="queued", text="vehicle 2: log 7")
         await until(c, lambda: "waits for vehicle 2: log 7" in c.text())
+        own = "vehicle 1: accelerometer calibration"
+        c.station.tasks[3] = msgspec.structs.replace(c.station.tasks[3], text=own)
+        await until(c, lambda: "waits for accelerometer calibration " in c.text())
         c.station.results[3] = TaskResult(path="logs/vehicle-1/log-00012.bin")
         c.station.end_task(3, "done", "")
         await until(c, lambda: "Tab flights" in c.line(-1))

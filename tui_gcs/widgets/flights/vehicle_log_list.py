@@ -34,7 +34,7 @@ class VehicleLogList(RowsView[LogLine]):
         failed = outcome is not None and not outcome.ok
         text = (
             f" {'!' if failed else ' '}{'*' if marked else ' '}{vehicle:>5} {log.id:>5}"
-            f" {utc_time(log.time_utc or math.nan):<16} {size_words(log.size):>7} {download_words(task, outcome)}"
+            f" {utc_time(log.time_utc or math.nan):<16} {size_words(log.size):>7} {download_words(vehicle, task, outcome)}"
         )
         if is_chosen:
             return [(cut(text, width), Ink.SELECTED_CAUTION if failed else Ink.SELECTED)]
@@ -44,15 +44,17 @@ class VehicleLogList(RowsView[LogLine]):
         """Return vehicle, number, time, size and download of a log."""
         vehicle, log, _, task, outcome = row
         when = utc_time(log.time_utc or math.nan)
-        download = download_words(task, outcome)
+        download = download_words(vehicle, task, outcome)
         return {"vehicle": vehicle, "log": log.id, "time_utc": when, "size_bytes": log.size, "download": download}
 
 
-def download_words(task: TaskInfo | None, outcome: TaskOutcome | None) -> str:
-    """How a download stands, or how the last one ended."""
+def download_words(vehicle: int, task: TaskInfo | None, outcome: TaskOutcome | None) -> str:
+    """How a download of a log of `vehicle` stands, or how the last one ended."""
     if task is not None:
         if task.state == "queued":
-            return f"waits for {task.text}" if task.text else "waits"
+            # The row begins with the vehicle's number: repeated, it would cut off what the download waits for.
+            first = task.text.removeprefix(f"vehicle {vehicle}: ")
+            return f"waits for {first}" if first else "waits"
         share = f" {100 * task.done // task.total} %" if task.total > 0 else ""
         return f"{task.state}{share}  {task.text}".rstrip()
     if outcome is None:
