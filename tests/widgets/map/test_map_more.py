@@ -45,6 +45,31 @@ PLANE = TrafficRow(
 )
 
 
+async def test_without_a_round_the_view_holds_where_vehicles_have_been_until_the_operator_moves_it() -> None:
+    """A replay has no round: its vehicles were a small heap in the middle of the map, or beside it."""
+    app = MapApp(MapView())
+    async with app.run_test(size=(100, 30)):
+        view, fleet = app.map_view, FakeStation(MemoryBus(), count=2)
+
+        def fly(x_m: float) -> bool:
+            nowhere = (math.nan, math.nan, 0.0)
+            fleet.changes[1] = {"position_m": (x_m, 900.0, 30.0)}
+            fleet.changes[2] = {"position_m": nowhere if x_m < 1000.0 else (5e6, 0.0, 30.0)}
+            view.set_fleet(fleet.frame(), {})
+            return view.view.holds((x_m, 900.0, x_m, 900.0))
+
+        assert fly(700.0) and view.view.m_per_dot < 2.0
+        before = view.view
+        assert fly(702.0) and view.view == before  # it does not move with every metre
+        assert fly(1500.0) and view.view.m_per_dot < 20.0
+        assert view.view.holds((700.0, 900.0, 700.0, 900.0))
+        view.zoom(0.5)
+        before = view.view
+        assert not fly(3000.0) and view.view == before
+        view.fit()
+        assert view.view.holds((700.0, 900.0, 3000.0, 900.0))
+
+
 async def test_cursor_shows_where_it_is_and_measures() -> None:
     app = MapApp(MapView())
     async with app.run_test(size=(100, 30)) as pilot:

@@ -39,6 +39,7 @@ from tui_gcs.core.protocol.planner_log import GetPlannerLog
 from tui_gcs.core.protocol.replay import ControlReplay, ReplayAct, ReplayStatus
 from tui_gcs.core.protocol.services import ServiceReply
 from tui_gcs.core.records.event_log import CRITICAL, INFO, MAX_EVENTS, WARNING
+from tui_gcs.core.records.flight_archive import telemetry_times
 from tui_gcs.core.records.planner_log import RecordedPlannerLog
 from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 from tui_gcs.core.scenario.model import Limits, LinkLoss, ResultLimits, Scenario
@@ -347,22 +348,28 @@ def _no_parameter(_vehicle: Vehicle, _name: str) -> None:
 
 
 class _LengthMeter:
-    """Adds up how long a recording plays, a piece at a time."""
+    """Adds up how long a recording plays, a piece at a time.
+
+    An hour of eight vehicles takes minutes to add up. Until then the length is the time from the first record to the
+    last one, with gaps whole.
+    """
 
     def __init__(self, path: Path | str) -> None:
-        self.length_s = math.nan
+        first_s, last_s = telemetry_times(Path(path))
+        self.length_s = last_s - first_s if last_s >= first_s else math.nan
+        self._is_measured = False
         self._reader = read_tlog(path)
         self._so_far_s = 0.0
         self._last_wall_s = math.nan
 
     def measure(self, records: int) -> None:
-        """Read so many records more; `length_s` is known at the end."""
-        if not math.isnan(self.length_s):
+        """Read so many records more; `length_s` is exact at the end."""
+        if self._is_measured:
             return
         for _ in range(records):
             wall_s = self._next_wall_s()
             if wall_s is None:
-                self.length_s = self._so_far_s
+                self.length_s, self._is_measured = self._so_far_s, True
                 return
             if not math.isnan(self._last_wall_s):
                 self._so_far_s += played_gap_s(self._last_wall_s, wall_s)

@@ -34,7 +34,8 @@ class VehicleLogList(RowsView[LogLine]):
         failed = outcome is not None and not outcome.ok
         text = (
             f" {'!' if failed else ' '}{'*' if marked else ' '}{vehicle:>5} {log.id:>5}"
-            f" {utc_time(log.time_utc or math.nan):<16} {size_words(log.size):>7} {download_words(vehicle, task, outcome)}"
+            f" {utc_time(log.time_utc or math.nan):<16} {size_words(log.size):>7}"
+            f" {download_words(vehicle, task, outcome)}"
         )
         if is_chosen:
             return [(cut(text, width), Ink.SELECTED_CAUTION if failed else Ink.SELECTED)]

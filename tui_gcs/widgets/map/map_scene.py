@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 
 from tui_gcs.core.geometry.zones import Role, Shape, Zone, bounds, outline_m
-from tui_gcs.core.protocol.common import Annotation
+from tui_gcs.core.protocol.common import Annotation, Vec3
 from tui_gcs.core.scenario.model import Round, TakeOffPlace
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
@@ -25,6 +25,11 @@ LEGEND_GAP = 2
 ATTACK_GAP_DOTS = 2.5
 ROLE_INKS = {Role.DEFEND: Ink.DEFEND, Role.ATTACK: Ink.ATTACK, Role.NO_FLY: Ink.NO_FLY}
 ROLE_WORDS = {Role.DEFEND: "DEFEND", Role.ATTACK: "ATTACK", Role.NO_FLY: "NO-FLY"}
+MAX_FITTED_M = 100_000.0
+"""No view is fitted to a vehicle farther than this from the origin: its position cannot be right."""
+MARGIN_SHARE = 0.25
+MIN_MARGIN_M = 20.0
+"""A view that is fitted to where vehicles have been is at least this much larger on each side."""
 Bounds = tuple[float, float, float, float]
 
 
@@ -129,6 +134,24 @@ def round_bounds(current: Round | None, places: Sequence[TakeOffPlace]) -> Bound
     low = np.array(boxes)[:, :2].min(axis=0)
     high = np.array(boxes)[:, 2:].max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def bounds_with(box: Bounds | None, places_m: Sequence[Vec3]) -> Bounds | None:
+    """Return `box`, or a new one, grown so that these places are inside; those that cannot be right are left out."""
+    xy = np.array([place[:2] for place in places_m], dtype=np.float64).reshape(-1, 2)
+    xy = xy[np.isfinite(xy).all(axis=1) & (np.abs(xy) <= MAX_FITTED_M).all(axis=1)]
+    if box is not None:
+        xy = np.vstack([xy, [box[:2], box[2:]]])
+    if not len(xy):
+        return None
+    (west, south), (east, north) = xy.min(axis=0), xy.max(axis=0)
+    return float(west), float(south), float(east), float(north)
+
+
+def with_margin(box: Bounds) -> Bounds:
+    """Return the box grown by a quarter of its size on each side: the view then need not move again at once."""
+    side_m = max(MARGIN_SHARE * max(box[2] - box[0], box[3] - box[1]), MIN_MARGIN_M)
+    return box[0] - side_m, box[1] - side_m, box[2] + side_m, box[3] + side_m
 
 
 def _dots(view: Viewport, shape: Shape) -> Points:

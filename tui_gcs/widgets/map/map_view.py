@@ -65,6 +65,8 @@ class MapView(Widget):
         self._cells: Cells | None = None
         self._follow = False
         self._fitted = True
+        self._flown_m: map_scene.Bounds | None = None
+        """The box of all places where vehicles were seen while no round is shown."""
         self._heading = "map"
         self._title = ""
         self.set_class(not glyphs.unicode, "-ascii")
@@ -94,6 +96,7 @@ class MapView(Widget):
         if frame is not None:
             self._painter.trails.update(frame.t_s, content.rows)
             self._keep_in_view()
+            self._fit_places_flown()
         self._redraw(background=self._find_teams())
 
     def set_annotations(self, annotations: Mapping[str, Sequence[Annotation]]) -> None:
@@ -315,6 +318,18 @@ class MapView(Widget):
         box = map_scene.round_bounds(self.content.current, self.content.places)
         if box is not None:
             self.view = self.view.fitted(box)
+        elif self._flown_m is not None:
+            self.view = self.view.fitted(map_scene.with_margin(self._flown_m))
+
+    def _fit_places_flown(self) -> None:
+        """Without a round, as in a replay, fit the view to where vehicles have been, each time that one leaves it."""
+        content = self.content
+        if map_scene.round_bounds(content.current, content.places) is not None:
+            return
+        self._flown_m = map_scene.bounds_with(self._flown_m, [row.position_m for row in content.rows])
+        if self._fitted and self._flown_m is not None and not self.view.holds(self._flown_m):
+            self._fit_view()
+            self._redraw(background=True)
 
     def _keep_in_view(self) -> None:
         """Centre on the followed vehicle once it leaves the middle of the view."""

@@ -67,6 +67,12 @@ class Viewport:
         m_per_dot = min(max(self.m_per_dot / factor, MIN_M_PER_DOT), MAX_M_PER_DOT)
         return replace(self, m_per_dot=m_per_dot)
 
+    def holds(self, bounds_m: tuple[float, float, float, float]) -> bool:
+        """Whether all of (min x, min y, max x, max y), ENU metres, is in view."""
+        west, south, east, north = bounds_m
+        (left, top), (right, bottom) = self.to_dots([(west, north), (east, south)])
+        return bool(left >= 0 and top >= 0 and right < self.columns * DOTS_X and bottom < self.rows * DOTS_Y)
+
     def fitted(self, bounds_m: tuple[float, float, float, float]) -> "Viewport":
         """Return a view of all of (min x, min y, max x, max y), ENU metres, at the next round scale."""
         min_x, min_y, max_x, max_y = bounds_m
