@@ -50,7 +50,7 @@ class QuietPilot(Pilot[Any]):
         while quiet < QUIET and time.monotonic() < end_s and self.app._running and self.app._exception is None:
             spins += 1
             await asyncio.sleep(0.001 if spins % SPINS == 0 else 0)
-            if others or (quiet in (0, QUIET - 1) and self._is_busy()):  # to look at all widgets takes a while
+            if others or (quiet == QUIET - 1 and self._is_busy()):  # to look at all widgets takes a while
                 quiet = 0
             else:
                 quiet += 1
