@@ -7,6 +7,7 @@ Importing this module, which every rig with a console does, replaces that by one
 from collections import defaultdict
 from typing import Any
 
+from textual._styles_cache import StylesCache
 from textual.css.model import RuleSet
 from textual.css.stylesheet import Stylesheet
 
@@ -29,3 +30,5 @@ def _with_what_was_parsed_with_these(self: Stylesheet, variables: dict[str, str]
 Stylesheet.__init__ = _with_what_was_parsed  # type: ignore[method-assign]
 Stylesheet.set_variables = _with_what_was_parsed_with_these  # type: ignore[method-assign]
 RuleSet.__hash__ = object.__hash__  # type: ignore[method-assign]  # its own says `id(self)`, a hundred times slower
+# It remembers 1024 results by the cache of lines that asked, and so holds all that consoles of other tests have drawn.
+StylesCache.get_inner_outer = StylesCache.get_inner_outer.__wrapped__  # type: ignore[method-assign]
