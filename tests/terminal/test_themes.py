@@ -43,6 +43,9 @@ def test_the_night_is_red() -> None:
 def test_in_sixteen_colours_alarms_and_zones_stay_apart(sixteen: dict[str, int]) -> None:
     kinds = (palette.WARNING, palette.CAUTION, palette.ADVISORY, palette.NORMAL, palette.ATTACK, palette.DEFEND)
     assert len({sixteen[name] for name in kinds}) == len(kinds)
+    # Seen in the demo: the team that defends had the colour of the zone to attack.
+    teams = {sixteen[name] for name in palette.TEAMS[:2]}
+    assert len(teams) == 2 and not teams & {sixteen[name] for name in kinds[:3] + kinds[4:]}
     assert sixteen[palette.BACKGROUND] not in {sixteen[name] for name in (*kinds, palette.TEXT, palette.MUTED)}
 
 

@@ -152,8 +152,9 @@ SIXTEEN = {
     GRID: 8,
     WATER: 4,
     GROUND: 8,
-} | dict(zip((*TEAMS, *TOURS), (6, 13, 2, 5, 14, 10) * 2, strict=True))
-"""Numbers of the 16 colours. The nearest by value would give warnings and attack zones the same red."""
+} | dict(zip((*TEAMS, *TOURS), (6, 2, 5, 14, 10, 13) * 2, strict=True))
+"""Numbers of the 16 colours. The nearest by value would give warnings and attack zones the same red. There are too few
+for six teams: the sixth one has the colour of attack zones, and no earlier one."""
 SIXTEEN_OF = {
     "night": {name: 9 if name in (WARNING, WHITE, CAUTION) else 1 for name in SIXTEEN} | {BACKGROUND: 0},
     "day": {
@@ -176,6 +177,6 @@ SIXTEEN_OF = {
         WATER: 4,
         GROUND: 8,
     }
-    | dict(zip((*TEAMS, *TOURS), (6, 5, 2, 13, 4, 8) * 2, strict=True)),
+    | dict(zip((*TEAMS, *TOURS), (6, 2, 13, 8, 4, 5) * 2, strict=True)),
     "high contrast": SIXTEEN | {TEXT: 15, PANEL_EDGE: 15},
 }

@@ -36,8 +36,9 @@ class IntegrityResponse:
             return
         # No set-point led them during the stall, so nothing here says where they are by now.
         flying = tuple(flight.vehicle for flight in self._flight.flights.in_phase(Phase.FLYING))
-        held = f"{len(flying)} {'vehicle holds' if len(flying) == 1 else 'vehicles hold'}; " if flying else ""
-        text = f"stood still for {self.stall_detector.lasted_s:.1f} s: {held}computer overloaded?"
+        held = f"{len(flying)} {'vehicle holds' if len(flying) == 1 else 'vehicles hold'}: " if flying else ""
+        # The list of events has 52 cells for it on a terminal of 80.
+        text = f"{held}computer overloaded? {self.stall_detector.lasted_s:.1f} s stall"
         self._records.events.report(EventClass.CONNECTION, "station", text, ALERT)
         if flying:
             self._flight.executive.hold(flying, stays="", ordered=False)

@@ -110,7 +110,7 @@ def replay_runs(status: StationStatus, replay: ReplayStatus, width: int, glyphs:
     if replay.searching:
         pace = (f"to {replay.searching}", Ink.CAUTION)
     elif replay.said:
-        pace = (replay.said, Ink.CAUTION)
+        pace = (f"{'PAUSED: ' if replay.paused else ''}{replay.said}", Ink.CAUTION)
     elif replay.paused:
         pace = ("PAUSED", Ink.CAUTION)
     else:

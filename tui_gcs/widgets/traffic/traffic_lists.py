@@ -14,7 +14,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.rows_view import RowsView
 from tui_gcs.widgets.basics.strips import Run, cut, wrapped
 
-NAME_CELLS, KIND_CELLS, POINT_CELLS = 12, 9, 24
+NAME_CELLS, KIND_CELLS, POINT_CELLS = 12, 9, 20
 
 
 class ContactList(RowsView[Contact]):
@@ -55,13 +55,14 @@ class PointList(RowsView[PointOfInterest]):
 
     def header(self, width: int) -> Line:
         """Return the column titles."""
-        return [(f"  {'TASK':<24} {'STATE':<9} {'LEFT':>6} {'PRIO':>5} {'EAST':>7} {'NORTH':>7}  TEAM", Ink.MUTED)]
+        titles = f"{'TASK':<{POINT_CELLS}} {'STATE':<9} {'LEFT':>6} {'PRIO':>5} {'EAST':>7} {'NORTH':>7}  TEAM"
+        return [(f"  {titles}", Ink.MUTED)]
 
     def row_line(self, row: PointOfInterest, width: int, *, is_chosen: bool) -> Line:
         """Return a point as a line."""
         is_open = row.state == "open"
         left = number(row.due_s - self.now_s) if is_open and math.isfinite(row.due_s) else ""
-        by = f"  by vehicle {row.vehicle}" if row.vehicle else ""
+        by = f"  by v{row.vehicle}" if row.vehicle else ""
         text = (
             f"  {cut(clean(row.name), POINT_CELLS)} {row.state:<9} {left:>6} {row.priority:>5g}"
             f" {row.place_m[0]:>7.0f} {row.place_m[1]:>7.0f}  {clean(row.team) or 'any'}{by}"
