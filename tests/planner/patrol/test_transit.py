@@ -88,6 +88,18 @@ def test_a_way_through_a_chicane_passes_the_guard_and_arrives() -> None:
             assert refusals(transit.xy_m, transit.velocity_m_s, STEP_S, AREA, closed) == []
 
 
+def test_a_way_that_knows_nothing_of_a_no_fly_zone_is_refused_before_it_and_not_behind_it() -> None:
+    """What the tests here rest on: the guard finds the steps of a way that it would veto, and only those."""
+    closed, tour = (no_fly(Rectangle((250.0, 200.0), 30.0, 240.0)),), oval()
+    transit = plan_transit(0.0, np.array([100.0, 200.0]), np.zeros(2), tour, 0.0, MOBILITY, region_of(ZONE))
+    assert transit is not None and transit.end_s > 30.0
+    found = refusals(transit.xy_m, transit.velocity_m_s, STEP_S, AREA, closed)
+    times_s = sorted(float(text.split()[0]) for text in found)
+    entered_s = STEP_S * int(np.argmax(transit.xy_m[:, 0] > 235.0))
+    assert 5.0 < times_s[0] < entered_s - 1.0, "in time to stop before it"
+    assert times_s[-1] < transit.end_s - 5.0, "on its other side all is well"
+
+
 def test_a_fast_vehicle_brakes_for_a_no_fly_zone_as_early_as_the_guard_wants() -> None:
     """At 12 m/s braking takes 33 m with the planner's acceleration, and 39 m as the guard reckons."""
     limits, closed = Limits(speed_m_s=12.0), (no_fly(Rectangle((320.0, 240.0), 30.0, 240.0)),)
