@@ -177,6 +177,11 @@ class FlyableRegion:
         """Return whether the edge is farther than this, or has no dents: then all ways between places are inside."""
         return self._convex or not shapely.dwithin(self._boundary, shapely.Point(xy_m), room_m)
 
+    def have_room(self, xy_m: Floats, room_m: float) -> NDArray[np.bool_]:
+        """Return around which of the points (n, 2) everything within `room_m` may be flown over."""
+        near = shapely.dwithin(self._boundary, shapely.points(xy_m), room_m)
+        return np.asarray(self.contains(xy_m) & ~near)
+
     def sendable_share(self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: Floats, brake_m_s2: float) -> Floats:
         """Return (n,) shares of their speed at which states `are_sendable`, to a 32nd: 1 where they are as they are.
 

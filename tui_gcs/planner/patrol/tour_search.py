@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.planner.api import Shape
@@ -23,7 +24,7 @@ from tui_gcs.planner.patrol.tour import resampled
 from tui_gcs.planner.patrol.tour_construction import lattice_tour
 from tui_gcs.planner.patrol.tour_detours import with_detours
 from tui_gcs.planner.patrol.tour_seeds import seeds
-from tui_gcs.planner.patrol.tour_site import FINER, LOOP_M, TourDesign, TourFinishing, TourSite, site_of
+from tui_gcs.planner.patrol.tour_site import FAR_LONGER, FINER, LOOP_M, TourDesign, TourFinishing, TourSite, site_of
 from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits, draft_of
 
 Floats = NDArray[np.floating[Any]]
@@ -53,6 +54,10 @@ ROUNDED = 2.0
 """Their control points are so much denser where their corners are rounded as a vehicle flies them."""
 LARGE_LANE_TRIES, MAX_BENT_CELLS = 3, 40_000
 """Lane tours of a large zone; up to so many cells (25 ha) patterns are tried, too, and all are bent."""
+LOOP_STEP_M = 2.0
+"""Spacing of the places that are tried for a loop over a small zone whose middle is closed."""
+ROOM_M = 1.5 * LOOP_M
+"""What must be open around the middle of a loop: it is flown at 3 m/s, and a vehicle must be able to brake."""
 DETOURS_M = (0.5, 1.0, 2.0)
 """Detours of a tour that leaves something out look so much farther than they must, until all is seen."""
 MIN_LARGE_ROUNDS, MAX_LARGE_FINISHING = 2, 200_000
@@ -138,6 +143,14 @@ class TourSearch:
         if draft.cost <= WORTH_JUDGING * self.pool[0].cost:
             self.offer(site.judged(draft, self.n))
 
+    def try_out(self, site: TourSite, draft: TourDraft) -> None:
+        """Keep the draft's tour as `best` if it is better than that; one that takes far longer is not looked at."""
+        best = self.best
+        at_most_s = FAR_LONGER * best.tour.period_s if best is not None and best.real.coverage == 1.0 else math.inf
+        tour = site.timed(draft, at_most_s)
+        if tour.period_s <= at_most_s:
+            self.offer(site.evaluated(draft, tour, self.n))
+
     def offer(self, design: TourDesign) -> None:
         """Keep the design as `best` if it is better than that."""
         if self.best is None or design.rank < self.best.rank:
@@ -150,7 +163,7 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     centre = site.cells.mean(axis=0)
     # A zone that one footprint nearly covers needs no lanes: vehicles circle over its middle.
     if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
-        search.best = site.judged(TourDraft("loop", site.region.pulled_inside(_loop(centre)), 1.0), n)
+        search.best = site.judged(_loop(site, _middle_of_loop(site, centre)), n)
         _add_detours(search, site, [])  # where the middle is closed the loop lies beside it, and may miss a corner
         return search
     if site.is_large:
@@ -193,7 +206,7 @@ def _add_straight_lanes(search: TourSearch, site: TourSite) -> None:
             continue
         rounded = draft_of(f"rounded lanes {i}", path, site.motion).respaced(ROUNDED)
         for draft in (rounded, TourDraft(f"sharp lanes {i}", path, 1.0)):
-            search.offer(site.judged(draft, search.n))
+            search.try_out(site, draft)
 
 
 def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
@@ -205,7 +218,7 @@ def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None
             finishing = site.tightened(finishing)
         search._admit(site, finishing.best)
         for each in (finishing.best, draft):
-            search.offer(site.judged(each, search.n))
+            search.try_out(site, each)
 
 
 def _add_detours(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
@@ -216,7 +229,7 @@ def _add_detours(search: TourSearch, site: TourSite, lanes: list[Floats]) -> Non
         if search.best is not None and search.best.real.coverage == 1.0:
             return
         for draft in incomplete:
-            search.offer(site.judged(with_detours(site, draft, farther_m), search.n))
+            search.try_out(site, with_detours(site, draft, farther_m))
 
 
 def _begin_large(search: TourSearch, site: TourSite) -> TourSearch:
@@ -288,7 +301,35 @@ def _turned(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
     return replace(draft, controls=turned)
 
 
-def _loop(centre: Floats) -> Floats:
-    """Return control points of a small circle; a spline of eight of them lies a tenth inside."""
+def _middle_of_loop(site: TourSite, centre: Floats) -> Floats:
+    """Return the place that vehicles circle to see all of a small zone.
+
+    This is its centre. Where no-fly zones leave no room for a loop there, it is the nearest place with room from which
+    all is in sight all the time: squeezed between them a loop is crawled along, and hardly a vehicle finds a way onto
+    it.
+    """
+    spare_m = site.motion.radius_m - LOOP_M
+    if spare_m <= 0.0 or site.region.have_room(centre[None], ROOM_M)[0]:
+        return centre
+    steps = LOOP_STEP_M * np.arange(-math.ceil(spare_m / LOOP_STEP_M), math.ceil(spare_m / LOOP_STEP_M) + 1)
+    places = centre + np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    rim = _extremes(site.cells)
+    farthest_m = np.hypot(*(places[:, None] - rim).transpose(2, 0, 1)).max(axis=1)
+    places = places[farthest_m <= spare_m]
+    places = places[site.region.have_room(places, ROOM_M)]
+    if not len(places):
+        return centre
+    return np.asarray(places[int(np.argmin(np.hypot(*(places - centre).T)))])
+
+
+def _extremes(cells: Floats) -> Floats:
+    """Return the cells of which one is the farthest from any place: the corners of their hull."""
+    hull = shapely.MultiPoint(cells).convex_hull
+    return np.asarray(shapely.get_coordinates(hull))
+
+
+def _loop(site: TourSite, middle: Floats) -> TourDraft:
+    """Return a small circle, as far as it may be flown; a spline of eight points lies a tenth inside."""
     angles = np.arange(8) * (math.pi / 4.0)
-    return np.asarray(centre + 1.1 * LOOP_M * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    circle = middle + 1.1 * LOOP_M * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return TourDraft("loop", site.region.pulled_inside(circle), 1.0)

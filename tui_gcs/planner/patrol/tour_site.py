@@ -42,6 +42,8 @@ SLOWER_ROUNDS, SLOWER = 8, 0.95
 without that the last three in a hundred places took more than twelve rounds."""
 SLOWER_AROUND_M = 1.0
 """A place that is flown slower is slower this far around it."""
+FAR_LONGER = 3.0
+"""A tour that takes so many times as long as the best is given up: squeezed between walls it may take days."""
 MIN_SHARE = 0.2
 """Smallest factor by which a place is flown slower at once."""
 EVENED_M = 0.1
@@ -143,8 +145,9 @@ class TourSite:
         draft = smooth(before.going, self.cells, self.motion, self.region, FINISH, before.less_m)
         over_m = nearest(draft.path_m(), self.cells)[0] - self.motion.radius_m
         missed_m = float(over_m.max()) - MISS_M
-        tour = self.timed(draft)
-        cost = tour.period_s + MISSED_S_PER_M * max(missed_m, 0.0)
+        at_most_s = FAR_LONGER * min(before.enough, before.best.cost)
+        tour = self.timed(draft, at_most_s)
+        cost = tour.period_s + MISSED_S_PER_M * max(missed_m, 0.0) if tour.period_s <= at_most_s else math.inf
         worth_more = missed_m > 0.0 or (cost < (1.0 - WORTH_A_ROUND) * before.best.cost and cost <= before.enough)
         return replace(
             before,
@@ -154,8 +157,11 @@ class TourSite:
             left=before.left - 1 if worth_more else 0,
         )
 
-    def timed(self, draft: TourDraft) -> Tour:
-        """Return the draft as a tour with its exact time law."""
+    def timed(self, draft: TourDraft, at_most_s: float = math.inf) -> Tour:
+        """Return the draft as a tour with its exact time law.
+
+        One that takes longer than `at_most_s` is not made to pass the guard: it takes longer still, and is of no use.
+        """
         motion = self.motion
         path = self.region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
         cap_m_s = _stopping_cap(path, motion, self.region)
@@ -163,7 +169,7 @@ class TourSite:
         for _ in range(SLOWER_ROUNDS):
             sent_m_s2 = tour.sent_accels_m_s2(motion.sent_step_s)
             share = self.region.sendable_share(tour.xy_m, tour.velocity_m_s, sent_m_s2, motion.accel_m_s2)
-            if (share == 1.0).all():
+            if (share == 1.0).all() or tour.period_s > at_most_s:
                 break
             cap_m_s = np.minimum(cap_m_s, _slower_cap(path, tour, share))
             tour = timed(path, motion.speed_m_s, motion.accel_m_s2, cap_m_s)
@@ -171,7 +177,10 @@ class TourSite:
 
     def judged(self, draft: TourDraft, n: int) -> TourDesign:
         """Return the draft as a tour with what `n` vehicles achieve on it."""
-        tour = self.timed(draft)
+        return self.evaluated(draft, self.timed(draft), n)
+
+    def evaluated(self, draft: TourDraft, tour: Tour, n: int) -> TourDesign:
+        """Return the draft, which was timed as this tour, with what `n` vehicles achieve on it."""
         # `MISS_M` and `EVENED_M` are what finishing and averaging may leave.
         margin = nearest(tour.xy_m, self.cells)[0] <= self.motion.radius_m + MISS_M + EVENED_M
         if self.is_large:
