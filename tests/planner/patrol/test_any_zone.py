@@ -1,5 +1,6 @@
 """Zones that nobody tuned the patrol to: with holes, narrow, concave, tiny, large, for one vehicle and for twenty."""
 
+import math
 from dataclasses import replace as replaced
 from typing import Any
 
@@ -111,6 +112,14 @@ def test_the_baseline_of_a_zone_that_one_place_sees_is_no_way_of_a_single_point(
 def test_a_loop_beside_a_closed_middle_gets_detours_to_the_corners_that_it_misses() -> None:
     """0.08 ha that one footprint nearly covers, with four no-fly zones in and about its middle."""
     assert_no_worse_than_the_simplest_lanes(random_scenario(31816470, 32))
+
+
+@pytest.mark.long
+def test_a_place_on_the_edge_of_a_no_fly_zone_keeps_no_other_from_its_detour() -> None:
+    """A strip of 4.8 ha with no-fly zones on its border, and footprints that see 0.5 m into a corner behind one."""
+    found = first_plan(random_scenario(31816470, 182))
+    assert found.plan.metrics["coverage"] == 1.0
+    assert math.isfinite(found.worst_s)
 
 
 def test_a_small_zone_with_a_closed_middle_is_circled_where_there_is_room() -> None:

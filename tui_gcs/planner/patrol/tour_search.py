@@ -201,12 +201,17 @@ def _add_straight_lanes(search: TourSearch, site: TourSite) -> None:
     some longer tours: then the shortest tour is not best, and all that was bent before was bent to be short.
     """
     for i, path in enumerate(best_lane_tours(site.cells, site.motion.radius_m, DIRECTIONS)):
-        path = site.region.closed_inside(site.region.pulled_inside(resampled(path, SHARP_STEP_M)), SHARP_STEP_M)
+        path = _unbent(site, path)
         if len(path) < MIN_CORNERS:
             continue
         rounded = draft_of(f"rounded lanes {i}", path, site.motion).respaced(ROUNDED)
         for draft in (rounded, TourDraft(f"sharp lanes {i}", path, 1.0)):
             search.try_out(site, draft)
+
+
+def _unbent(site: TourSite, path: Floats) -> Floats:
+    """Return control points of the path with its sharp corners, led round what is closed."""
+    return site.region.closed_inside(site.region.pulled_inside(resampled(path, SHARP_STEP_M)), SHARP_STEP_M)
 
 
 def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
@@ -225,6 +230,7 @@ def _add_detours(search: TourSearch, site: TourSite, lanes: list[Floats]) -> Non
     """Complete the tour, and simple lanes, if something is left out."""
     incomplete = [search.best.draft] if search.best is not None else []
     incomplete += [site.draft(f"lanes {i}", path) for i, path in enumerate(lanes)]
+    incomplete += [TourDraft(f"sharp lanes {i}", _unbent(site, path), 1.0) for i, path in enumerate(lanes)]
     for farther_m in DETOURS_M:
         if search.best is not None and search.best.real.coverage == 1.0:
             return
