@@ -129,6 +129,13 @@ def test_a_small_zone_with_a_closed_middle_is_circled_where_there_is_room() -> N
     assert found.worst_s < 0.1, "all of it is in sight all the time"
 
 
+def test_a_small_zone_with_no_room_for_a_loop_is_planned_like_a_large_one() -> None:
+    """A star of 0.012 ha about a no-fly zone: a loop between the two took half an hour a round, 27 s now."""
+    found = first_plan(random_scenario(20261129, 312))
+    assert found.plan.metrics["period_s"] < 40.0
+    assert found.worst_s < 1.0
+
+
 @pytest.mark.parametrize("number", [115, 156])
 def test_a_tour_that_must_crawl_between_walls_is_given_up_early(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each of its millions of samples was looked at again in every round: 20 s of CPU for a zone of 0.17 ha."""

@@ -370,7 +370,7 @@ def is_turned(tour: Tour, direction: str) -> bool:
 
 def _better(found: TourDesign, flown: TourDesign) -> bool:
     """Return whether changing over to `found` is worth it."""
-    if found.rank[:2] != flown.rank[:2]:
+    if found.rank[:3] != flown.rank[:3]:
         return found.rank < flown.rank
     return found.real.worst_s < (1.0 - GAIN) * flown.real.worst_s
 

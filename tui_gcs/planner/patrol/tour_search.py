@@ -165,10 +165,17 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
         search.best = site.judged(_loop(site, _middle_of_loop(site, centre)), n)
         _add_detours(search, site, [])  # where the middle is closed the loop lies beside it, and may miss a corner
-        return search
+        if not search.best.crawls:
+            return search
+    return _searched(search, site)
+
+
+def _searched(search: TourSearch, site: TourSite) -> TourSearch:
+    """Complete a search: tours of many kinds are tried, and the best are finished."""
+    rng = np.random.default_rng([search.seed, 0])
     if site.is_large:
         return _begin_large(search, site)
-    rng, share = np.random.default_rng([seed, 0]), min(1.0, (FULL_SEARCH_CELLS / len(site.cells)) ** 2)
+    share = min(1.0, (FULL_SEARCH_CELLS / len(site.cells)) ** 2)
     share *= 1.0 if site.ground is site.zone else OBSTACLE_SHARE
     tries = [site.bent(site.draft(name, path), *TRY) for name, path in seeds(site.zone, site.motion.radius_m)]
     for i in range(max(4, round(ROUND_TRIPS * share))):
@@ -189,7 +196,7 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     if search.best is None or search.best.real.coverage < 1.0:
         _add_unbent(search, site, lanes)
         _add_detours(search, site, lanes)
-    elif search.best.real.worst_s < WATCHED_SHARE * search.best.tour.period_s / n:
+    elif search.best.real.worst_s < WATCHED_SHARE * search.best.tour.period_s / search.n:
         _add_straight_lanes(search, site)
     return search
 

@@ -44,6 +44,10 @@ SLOWER_AROUND_M = 1.0
 """A place that is flown slower is slower this far around it."""
 FAR_LONGER = 3.0
 """A tour that takes so many times as long as the best is given up: squeezed between walls it may take days."""
+STANDING_M = 1.0
+"""A shorter way round is none: its vehicles stand."""
+CRAWLING_M_S = 0.5
+"""A tour with a lower mean speed crawls."""
 MIN_SHARE = 0.2
 """Smallest factor by which a place is flown slower at once."""
 EVENED_M = 0.1
@@ -66,9 +70,17 @@ class TourDesign:
         return self.draft.name
 
     @property
-    def rank(self) -> tuple[float, float, float, float]:
-        """Sort key, smallest is best: coverage with the real footprint, then with margin, then worst idleness."""
-        return -self.real.coverage, -self.margin, self.real.worst_s, self.tour.period_s
+    def crawls(self) -> bool:
+        """Whether the tour stands, or is squeezed between walls so that hardly a vehicle finds a way onto it."""
+        return self.tour.length_m < CRAWLING_M_S * self.tour.period_s
+
+    @property
+    def rank(self) -> tuple[float, bool, float, float, float]:
+        """Sort key, smallest is best: coverage with the real footprint, then with margin, then worst idleness.
+
+        A tour that crawls comes after all others that see as much.
+        """
+        return -self.real.coverage, self.crawls, -self.margin, self.real.worst_s, self.tour.period_s
 
 
 @dataclass(frozen=True)
@@ -147,7 +159,8 @@ class TourSite:
         missed_m = float(over_m.max()) - MISS_M
         at_most_s = FAR_LONGER * min(before.enough, before.best.cost)
         tour = self.timed(draft, at_most_s)
-        cost = tour.period_s + MISSED_S_PER_M * max(missed_m, 0.0) if tour.period_s <= at_most_s else math.inf
+        of_use = tour.period_s <= at_most_s and tour.length_m > STANDING_M
+        cost = tour.period_s + MISSED_S_PER_M * max(missed_m, 0.0) if of_use else math.inf
         worth_more = missed_m > 0.0 or (cost < (1.0 - WORTH_A_ROUND) * before.best.cost and cost <= before.enough)
         return replace(
             before,
