@@ -26,7 +26,9 @@ def test_without_leave_everything_is_counted_and_ignored() -> None:
         hold(flight)
         flight.command(400, 1)
     assert not flight.uplink.taken and not flight.links[0].sent and not flight.texts()
-    assert flight.forwarder.dropped == {"endpoint takes no commands": 10}
+    assert flight.forwarder.refused == {"it only listens": 10}
+    (partner,) = flight.forwarder.ports[0].partners.values()
+    assert partner.refused == {"it only listens": 10}, "the links screen shows it beside the partner"
 
 
 def test_an_allowed_command_goes_to_the_door_unchanged_with_its_source() -> None:

@@ -31,7 +31,7 @@ from tui_gcs.core.forward.request_checks import (
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.permission import Order, OrderClass
 from tui_gcs.core.links import Link, LinkError
-from tui_gcs.core.mavlink.dialect import MavlinkMessage, is_known, layout
+from tui_gcs.core.mavlink.dialect import MavlinkMessage, is_known, layout, message_name
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram, decode
 from tui_gcs.core.mavlink.sources import Address
@@ -258,6 +258,10 @@ class Forwarder:
             self._turn_away(foreign, "our own system id", text)
         else:
             partner.heard(frame.system, frame.component, now)
+            if not port.commands and message_name(frame.msgid) in MESSAGES:
+                # Without an event: programs that only show vehicles ask for a lot.
+                self._count_refused(port, foreign.address, "it only listens")
+                return
             message = decode(frame) if port.commands else None
             if message is None:
                 self.dropped["endpoint takes no commands"] += 1
