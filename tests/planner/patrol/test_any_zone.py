@@ -129,6 +129,23 @@ def test_a_small_zone_with_a_closed_middle_is_circled_where_there_is_room() -> N
     assert found.worst_s < 0.1, "all of it is in sight all the time"
 
 
+def test_a_place_for_the_loop_of_a_huge_footprint_is_looked_for_among_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With places 2 m apart a footprint of 5 km would have asked for 25 million of them."""
+    asked, have_room = [0], FlyableRegion.have_room
+
+    def counted(region: FlyableRegion, xy_m: Floats, room_m: float) -> NDArray[np.bool_]:
+        asked.append(len(xy_m))
+        return have_room(region, xy_m, room_m)
+
+    monkeypatch.setattr(FlyableRegion, "have_room", counted)
+    closed = no_fly(Circle((300.0, 200.0), 8.0))
+    shape = Rectangle((300.0, 200.0), 40.0, 30.0)
+    region = region_of(zone_of(shape), closed=(closed,))
+    design = begin_search(site_of(shape, region, TourLimits(7.88, 2.2, 4998.0), 5000.0), 1, 4).best
+    assert design is not None and design.real.coverage == 1.0
+    assert 1 < max(asked) <= 101 * 101
+
+
 def test_a_small_zone_with_no_room_for_a_loop_is_planned_like_a_large_one() -> None:
     """A star of 0.012 ha about a no-fly zone: a loop between the two took half an hour a round, 27 s now."""
     found = first_plan(random_scenario(20261129, 312))

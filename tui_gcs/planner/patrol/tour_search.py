@@ -54,8 +54,9 @@ ROUNDED = 2.0
 """Their control points are so much denser where their corners are rounded as a vehicle flies them."""
 LARGE_LANE_TRIES, MAX_BENT_CELLS = 3, 40_000
 """Lane tours of a large zone; up to so many cells (25 ha) patterns are tried, too, and all are bent."""
-LOOP_STEP_M = 2.0
-"""Spacing of the places that are tried for a loop over a small zone whose middle is closed."""
+LOOP_STEP_M, LOOP_STEPS = 2.0, 50
+"""Spacing of the places that are tried for a loop over a small zone whose middle is closed; wider where there would be
+more than so many on each side of it."""
 ROOM_M = 1.5 * LOOP_M
 """What must be open around the middle of a loop: it is flown at 3 m/s, and a vehicle must be able to brake."""
 DETOURS_M = (0.5, 1.0, 2.0)
@@ -324,7 +325,8 @@ def _middle_of_loop(site: TourSite, centre: Floats) -> Floats:
     spare_m = site.motion.radius_m - LOOP_M
     if spare_m <= 0.0 or site.region.have_room(centre[None], ROOM_M)[0]:
         return centre
-    steps = LOOP_STEP_M * np.arange(-math.ceil(spare_m / LOOP_STEP_M), math.ceil(spare_m / LOOP_STEP_M) + 1)
+    step_m = max(LOOP_STEP_M, spare_m / LOOP_STEPS)
+    steps = step_m * np.arange(-math.ceil(spare_m / step_m), math.ceil(spare_m / step_m) + 1)
     places = centre + np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     rim = _extremes(site.cells)
     farthest_m = np.hypot(*(places[:, None] - rim).transpose(2, 0, 1)).max(axis=1)
