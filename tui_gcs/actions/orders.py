@@ -194,14 +194,15 @@ def _returns(row: VehicleRow) -> bool:
     It shows it by standing still, for it may wait for others on its way, or by flying towards a goal that is farther
     than the place where it would stop. A returning vehicle that stands for longer raises an alarm of the station.
     """
+    if row.phase is not Phase.RETURNING:
+        return row.phase is Phase.LANDING
     speed_m_s = math.hypot(*row.velocity_m_s)
-    if row.phase is Phase.LANDING or (row.phase is Phase.RETURNING and speed_m_s < STANDING_M_S):
+    if speed_m_s < STANDING_M_S:
         return True
     way_m = [goal - here for goal, here in zip(row.goal_m, row.position_m, strict=True)]
     away_m = math.hypot(*way_m)
     towards_m_s = sum(w * v for w, v in zip(way_m, row.velocity_m_s, strict=True)) / max(away_m, 0.1)
-    is_far = away_m > speed_m_s * STOP_S
-    return row.phase is Phase.RETURNING and is_far and towards_m_s > TOWARDS_SHARE * speed_m_s
+    return away_m > speed_m_s * STOP_S and towards_m_s > TOWARDS_SHARE * speed_m_s
 
 
 def _shown(what: str, shows: bool | None) -> str:

@@ -109,7 +109,7 @@ class Search(Planner):
             name = ctx.points.name[won[0]]
             self._targets[vehicle] = name
             ctx.broadcast(Claim(name, bids[vehicle]))
-            leg, _ = self._region.next_leg(self._inside(here), places_m[won[0]])
+            leg, _ = self._region.next_leg(self._region.pulled_inside(here[None], INSIDE_M)[0], places_m[won[0]])
             speed_m_s = float(ctx.fleet.speed_m_s[i]) * self._share
             goal = (float(leg[0]), float(leg[1]), z)
             out.intents.append(Intent(vehicle, "goto", position_m=goal, speed_m_s=speed_m_s, joined=True, reason=name))
@@ -140,15 +140,9 @@ class Search(Planner):
         points_m = ctx.points.position_m
         if not len(points_m):
             return points_m, np.zeros(0, dtype=bool)
-        places_m = np.array([self._inside(point) for point in points_m])
+        places_m = self._region.pulled_inside(points_m, INSIDE_M)
         reach_m = float(ctx.fleet.footprint_radius_m.min(initial=self.task.footprint_radius_m))
         return places_m, np.hypot(*(places_m - points_m).T) < reach_m - self.task.off_course_m
-
-    def _inside(self, xy_m: Floats) -> Floats:
-        """Return the nearest place where a vehicle may fly."""
-        moved = self._region.ways_inside_m(xy_m[None])[0]
-        far_m = float(np.hypot(*moved))
-        return np.asarray(xy_m + moved * (1.0 + INSIDE_M / far_m) if far_m > 0.0 else xy_m)
 
     def _auction(
         self, ctx: Context, places_m: Floats, near: NDArray[np.bool_]

@@ -258,15 +258,13 @@ class Forwarder:
             self._turn_away(foreign, "our own system id", text)
         else:
             partner.heard(frame.system, frame.component, now)
-            if not port.commands and message_name(frame.msgid) in MESSAGES:
+            if port.commands and (message := decode(frame)) is not None:
+                self._dispatch(foreign, message)
+            elif not port.commands and message_name(frame.msgid) in MESSAGES:
                 # Without an event: programs that only show vehicles ask for a lot.
                 self._count_refused(port, foreign.address, "it only listens")
-                return
-            message = decode(frame) if port.commands else None
-            if message is None:
-                self.dropped["endpoint takes no commands"] += 1
             else:
-                self._dispatch(foreign, message)
+                self.dropped["endpoint takes no commands"] += 1
 
     def _dispatch(self, foreign: ForeignFrame, message: MavlinkMessage) -> None:
         """Pass on a message of another station, refuse it, or drop it as addressed to no vehicle here."""

@@ -215,9 +215,15 @@ class FlyableRegion:
             ways[outside] = shapely.get_coordinates(lines)[::2] - xy_m[outside]
         return ways
 
-    def pulled_inside(self, xy_m: Floats) -> Floats:
-        """Return the points, with those outside moved to the nearest place inside."""
-        return xy_m + self.ways_inside_m(xy_m)
+    def pulled_inside(self, xy_m: Floats, deeper_m: float = 0.0) -> Floats:
+        """Return the points (n, 2), with those outside moved to the nearest place inside, and `deeper_m` farther.
+
+        The nearest place is on the edge, and by rounding it may still be outside.
+        """
+        ways_m = self.ways_inside_m(xy_m)
+        if deeper_m > 0.0:
+            ways_m *= 1.0 + deeper_m / np.maximum(np.hypot(*ways_m.T), 1e-9)[:, None]
+        return xy_m + ways_m
 
     def _in_the_open(self, xy_m: Floats, room_m: float = 0.0) -> bool:
         """Return whether these points certainly have no obstacle around them, which is the usual case."""

@@ -226,7 +226,7 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     limit = np.full(len(path_m), speed_m_s) if speed_cap_m_s is None else np.minimum(speed_cap_m_s, speed_m_s)
     apart = step_m > SAME_M  # the path's turn would be lost between two points in one place
     if not apart.any():
-        return Tour(1.0, np.repeat(path_m[:1], 2, axis=0), np.zeros((2, 2)))
+        return standing(path_m[0])
     path_m, step_m, limit = path_m[apart], step_m[apart], limit[apart]
     curvature = curvature_1_m(path_m)
     limit = np.minimum(limit, np.sqrt(accel_m_s2 / np.maximum(curvature, 1e-9)))
@@ -239,6 +239,11 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     speed = _brake_and_speed_up(np.roll(limit, -first), np.roll(step_m, -first), np.roll(curvature, -first), accel_m_s2)
     speed = np.roll(speed, first)
     return _averaged(*_sampled(path_m, step_m, speed))
+
+
+def standing(xy_m: Floats) -> Tour:
+    """Return a tour that stays at one place (2,)."""
+    return Tour(1.0, np.stack([xy_m, xy_m]), np.zeros((2, 2)))
 
 
 def _averaged(dt_s: float, xy_m: Floats) -> Tour:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.planner.lazy_scipy import nearest
-from tui_gcs.planner.patrol.tour import SAME_M
 from tui_gcs.planner.patrol.tour_site import TourSite
 from tui_gcs.planner.patrol.tour_smoothing import TourDraft
 
@@ -42,13 +41,11 @@ def with_detours(site: TourSite, draft: TourDraft, farther_m: float) -> TourDraf
 
 def _led_to(site: TourSite, path: Floats, cell_m: Floats, farther_m: float) -> Floats:
     """Return the path (k, 2) with a way to where the cell is seen, and the same way back."""
-    inside_m = site.region.ways_inside_m(cell_m[None])[0]
-    goal_m = cell_m + inside_m
-    if not site.region.contains(goal_m[None])[0]:
-        # By rounding a place on the edge may be outside, and then there is no way to it.
-        goal_m = goal_m + inside_m * (OFF_EDGE_M / max(float(np.hypot(*inside_m)), SAME_M))
+    goal_m = site.region.pulled_inside(cell_m[None])
+    if not site.region.contains(goal_m)[0]:  # there is no way to it
+        goal_m = site.region.pulled_inside(cell_m[None], OFF_EDGE_M)
     begin = int(np.hypot(*(path - goal_m).T).argmin())
-    way = site.region.open_inside(np.stack([path[begin], goal_m]), STEP_M)
+    way = site.region.open_inside(np.stack([path[begin], goal_m[0]]), STEP_M)
     sees = np.hypot(*(way - cell_m).T) <= site.motion.radius_m - farther_m
     way = way[: int(sees.argmax()) + 1] if sees.any() else way
     return np.vstack([path[: begin + 1], way[1:], way[-2::-1], path[begin + 1 :]])

@@ -102,6 +102,11 @@ class TourSearch:
     """The draft that is being finished."""
     best: TourDesign | None = None
 
+    @property
+    def sees_all(self) -> bool:
+        """Whether the best tour leaves nothing out."""
+        return self.best is not None and self.best.real.coverage == 1.0
+
     def work(self, site: TourSite) -> None:
         """Do one unit: a new tour, or a mutation of a draft in the pool, or a round of finishing one of these."""
         self.units += 1
@@ -146,8 +151,7 @@ class TourSearch:
 
     def try_out(self, site: TourSite, draft: TourDraft) -> None:
         """Keep the draft's tour as `best` if it is better than that; one that takes far longer is not looked at."""
-        best = self.best
-        at_most_s = FAR_LONGER * best.tour.period_s if best is not None and best.real.coverage == 1.0 else math.inf
+        at_most_s = FAR_LONGER * self.best.tour.period_s if self.best is not None and self.sees_all else math.inf
         tour = site.timed(draft, at_most_s)
         if tour.period_s <= at_most_s:
             self.offer(site.evaluated(draft, tour, self.n))
@@ -173,10 +177,9 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
 
 def _searched(search: TourSearch, site: TourSite) -> TourSearch:
     """Complete a search: tours of many kinds are tried, and the best are finished."""
-    rng = np.random.default_rng([search.seed, 0])
     if site.is_large:
         return _begin_large(search, site)
-    share = min(1.0, (FULL_SEARCH_CELLS / len(site.cells)) ** 2)
+    rng, share = np.random.default_rng([search.seed, 0]), min(1.0, (FULL_SEARCH_CELLS / len(site.cells)) ** 2)
     share *= 1.0 if site.ground is site.zone else OBSTACLE_SHARE
     tries = [site.bent(site.draft(name, path), *TRY) for name, path in seeds(site.zone, site.motion.radius_m)]
     for i in range(max(4, round(ROUND_TRIPS * share))):
@@ -194,7 +197,7 @@ def _searched(search: TourSearch, site: TourSite) -> TourSearch:
         while not finishing.done:
             finishing, left = site.tightened(finishing), left - 1
         search._admit(site, finishing.best)
-    if search.best is None or search.best.real.coverage < 1.0:
+    if search.best is None or not search.sees_all:
         _add_unbent(search, site, lanes)
         _add_detours(search, site, lanes)
     elif search.best.real.worst_s < WATCHED_SHARE * search.best.tour.period_s / search.n:
@@ -236,14 +239,16 @@ def _add_unbent(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None
 
 def _add_detours(search: TourSearch, site: TourSite, lanes: list[Floats]) -> None:
     """Complete the tour, and simple lanes, if something is left out."""
+    if search.sees_all:
+        return
     incomplete = [search.best.draft] if search.best is not None else []
     incomplete += [site.draft(f"lanes {i}", path) for i, path in enumerate(lanes)]
     incomplete += [TourDraft(f"sharp lanes {i}", _unbent(site, path), 1.0) for i, path in enumerate(lanes)]
     for farther_m in DETOURS_M:
-        if search.best is not None and search.best.real.coverage == 1.0:
-            return
         for draft in incomplete:
             search.try_out(site, with_detours(site, draft, farther_m))
+        if search.sees_all:
+            return
 
 
 def _begin_large(search: TourSearch, site: TourSite) -> TourSearch:

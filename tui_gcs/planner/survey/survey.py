@@ -29,7 +29,7 @@ from tui_gcs.planner.api import (
 from tui_gcs.planner.lazy_scipy import min_cost_pairs, warm_up
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.patrol_state import array_of, encode_exactly
-from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, drawing, resampled, timed
+from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, drawing, resampled, standing, timed
 from tui_gcs.planner.survey.lanes import best_passes, path_of
 
 Floats = NDArray[np.floating[Any]]
@@ -151,7 +151,8 @@ class SurveyPlanner(Planner):
             path = paths[chosen[k]] if k in chosen else stop_m[None]
             if np.hypot(*(path[-1] - stop_m)) < np.hypot(*(path[0] - stop_m)):
                 path = path[::-1]
-            way = self._region.open_inside(self._inside(np.vstack([stop_m, path])), PATH_STEP_M * 4.0)
+            way = self._region.pulled_inside(np.vstack([stop_m, path]), INSIDE_M)
+            way = self._region.open_inside(way, PATH_STEP_M * 4.0)
             state.ways[vehicle] = _Way(ctx.t_s + wait_s, way.astype(np.float64))
 
     def _stop(self, fleet: Fleet, i: int) -> tuple[Floats, float]:
@@ -161,19 +162,13 @@ class SurveyPlanner(Planner):
         position = fleet.position_m[i, :2] + velocity * min(max(float(np.nan_to_num(fleet.age_s[i])), 0.0), 1.0)
         return position + velocity * speed / (2.0 * self._accel_m_s2), speed / self._accel_m_s2
 
-    def _inside(self, path_m: Floats) -> Floats:
-        """Return the path with points outside of where vehicles may fly moved to the nearest place inside."""
-        moved = self._region.ways_inside_m(path_m)
-        far = np.hypot(*moved.T)[:, None]
-        return np.asarray(path_m + moved * (1.0 + INSIDE_M / np.maximum(far, 1e-9)) * (far > 0.0))
-
     def _tour(self, vehicle: int) -> Tour:
         """Return a vehicle's way out and back as a function of time; it flies the first half."""
         if vehicle not in self._tours:
             way = self._state.ways[vehicle].path_m
             closed = np.vstack([way, way[-2:0:-1]]) if len(way) > 2 else way
             if len(way) < 2 or float(np.hypot(*np.ptp(way, axis=0))) < 1.0:
-                self._tours[vehicle] = Tour(1.0, np.repeat(way[-1:], 2, axis=0), np.zeros((2, 2)))
+                self._tours[vehicle] = standing(way[-1])
             else:
                 self._tours[vehicle] = timed(resampled(closed, PATH_STEP_M), self._speed_m_s, self._accel_m_s2)
         return self._tours[vehicle]

@@ -324,7 +324,7 @@ class MapView(Widget):
     def _fit_places_flown(self) -> None:
         """Without a round, as in a replay, fit the view to where vehicles have been, each time that one leaves it."""
         content = self.content
-        if map_scene.round_bounds(content.current, content.places) is not None:
+        if content.current is not None or content.places:
             return
         self._flown_m = map_scene.bounds_with(self._flown_m, [row.position_m for row in content.rows])
         if self._fitted and self._flown_m is not None and not self.view.holds(self._flown_m):
