@@ -31,7 +31,8 @@ guard does not know. Both come from the scenario (`[[class]]`, `[[round.density]
 `fleet.battery_left_s` tells how long batteries last, `fleet.home_s` how long the way home takes, and
 `ctx.cost_pct(intent)` what an intent takes: by what a `[[class]]` says about capacity and power, corrected in flight by
 what was used; without it by the use alone.
-`cells_of(task)` are the cells of the zone that can be seen; coverage and idleness count these and no others.
+`cells_of(task)` are the cells of the zone that can be seen; coverage and idleness count these and no others. Their
+`ideal_s(*sweep_of_task(task, n))` and `bound_s(...)` are those of n vehicles of the team.
 
 **Units and frames.** Positions are ENU metres about the scenario's origin: x east, y north, z above the vehicles'
 homes. Speeds are m/s over ground. Times are seconds of the station's clock, of which only differences mean something.
@@ -138,7 +139,7 @@ from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
 from tui_gcs.core.geometry.zone_cells import ZoneCells, permitted_region, reachable_cells
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 from tui_gcs.core.protocol.common import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
-from tui_gcs.core.protocol.planning import JudgedBy, Metric, cells_of
+from tui_gcs.core.protocol.planning import JudgedBy, Metric, cells_of, sweep_of_task
 from tui_gcs.core.scenario.model import (
     Communication,
     DensityPeak,
@@ -198,6 +199,7 @@ __all__ = [
     "polygon_of",
     "reachable_cells",
     "sweep_bound_s",
+    "sweep_of_task",
 ]
 
 sweep_bound_s = ideal_idleness_s

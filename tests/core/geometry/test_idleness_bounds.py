@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s, idleness_bound_s, longest_m
+from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s, idleness_bound_s, longest_m, sweep_of
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.zone_cells import reachable_cells
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Shape
@@ -84,3 +84,19 @@ def _next_aim(
     if kind == "to the idlest cell":
         return np.asarray(centres[int(np.argmax(np.minimum(idle_s, 1e6) - np.hypot(*(centres - here).T) / SPEED_M_S))])
     return np.asarray(rng.uniform(low, high))
+
+
+def test_vehicles_of_different_speeds_sweep_what_they_sweep_together():
+    both = sweep_of([5.0, 8.0], 2, 15.0)
+    assert ideal_idleness_s(1000.0, *both[:3]) == pytest.approx(1000.0 / (30.0 * (5.0 + 8.0)))
+    assert sweep_of([5.0, 8.0], 1, 15.0) == (1, 8.0, 15.0, 8.0), "the fastest fly, the others wait"
+    assert sweep_of([], 0, 15.0) == (0, 0.0, 15.0, 0.0)
+
+
+def test_the_bound_of_a_fence_is_that_of_the_fastest():
+    """A vehicle of 8 m/s and one of 2 m/s may both go where only the fast one is needed."""
+    strip = 30.0 * 600.0
+    n, mean_m_s, radius_m, fastest_m_s = sweep_of([8.0, 2.0], 2, 15.0)
+    fence_s = 2.0 * (600.0 / 2 - 30.0) / 8.0
+    sweep_s = (strip / 2 - math.pi * 225.0) / (30.0 * 5.0)
+    assert idleness_bound_s(strip, 600.0, n, mean_m_s, radius_m, fastest_m_s) == pytest.approx(max(fence_s, sweep_s))

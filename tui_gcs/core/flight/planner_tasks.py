@@ -46,6 +46,7 @@ def task_of(
         instances=team.instances,
         communication=scenario.communication,
         classes=kinds,
+        asked_m_s={vehicle: scenario.class_of(vehicle).speed_m_s for vehicle in members},
         density=round_.density,
         obstacles=round_.obstacles,
     )

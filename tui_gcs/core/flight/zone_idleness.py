@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, PositionInterpolator
 from tui_gcs.core.protocol.common import PlannerTask
-from tui_gcs.core.protocol.planning import cells_of
+from tui_gcs.core.protocol.planning import cells_of, sweep_of_task
 
 WORST_OVER_S = 60
 """The live worst idleness is the largest of the last minute."""
@@ -23,10 +23,7 @@ class ZoneIdleness:
         self.cells = cells_of(task)
         self._grid = IdlenessGrid(self.cells, task.footprint_radius_m)
         self._fill = PositionInterpolator()
-        kinds = [task.class_of(vehicle) for vehicle in task.members]
-        # A bound is one for the fastest vehicles with the widest view.
-        self._speed_m_s = max((kind.speed_m_s for kind in kinds), default=task.limits.speed_m_s)
-        self._radius_m = max((kind.footprint_radius_m for kind in kinds), default=task.footprint_radius_m)
+        self._task = task
         self._first_s = math.nan
         self._worst: deque[tuple[float, float]] = deque(maxlen=WORST_OVER_S)
         """(time, largest idleness then), one a second, since every cell was seen."""
@@ -60,8 +57,8 @@ class ZoneIdleness:
 
     def ideal_s(self, vehicles: int) -> float:
         """Worst idleness of so many vehicles without overlap and turns."""
-        return self.cells.ideal_s(max(vehicles, 1), self._speed_m_s, self._radius_m)
+        return self.cells.ideal_s(*sweep_of_task(self._task, max(vehicles, 1)))
 
     def bound_s(self, vehicles: int) -> float:
         """Worst idleness that no plan of so many vehicles beats."""
-        return self.cells.bound_s(max(vehicles, 1), self._speed_m_s, self._radius_m)
+        return self.cells.bound_s(*sweep_of_task(self._task, max(vehicles, 1)))

@@ -113,13 +113,16 @@ class ZoneCells:
         ends = [np.stack([self.axis_x_m[columns], self.axis_y_m[rows]], axis=1) for columns in (first, last)]
         return longest_m(np.vstack(ends))
 
-    def ideal_s(self, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
-        """Return the ideal worst idleness of `n` vehicles: no overlap, no turns (`ideal_idleness_s`)."""
+    def ideal_s(self, n: int, speed_m_s: float, footprint_radius_m: float, fastest_m_s: float | None = None) -> float:
+        """Return the ideal worst idleness of `n` vehicles: no overlap, no turns (`ideal_idleness_s`).
+
+        Both this and `bound_s` take a `Sweep`; the ideal does not depend on who is the fastest.
+        """
         return ideal_idleness_s(self.reachable_m2, n, speed_m_s, footprint_radius_m)
 
-    def bound_s(self, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
+    def bound_s(self, n: int, speed_m_s: float, footprint_radius_m: float, fastest_m_s: float | None = None) -> float:
         """Return the worst idleness that no plan of `n` vehicles beats (`idleness_bound_s`)."""
-        return idleness_bound_s(self.reachable_m2, self.length_m, n, speed_m_s, footprint_radius_m)
+        return idleness_bound_s(self.reachable_m2, self.length_m, n, speed_m_s, footprint_radius_m, fastest_m_s)
 
     def unreachable_text(self) -> str:
         """Return what is left out, for people; "" if all can be seen."""

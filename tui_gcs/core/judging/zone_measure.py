@@ -22,7 +22,7 @@ from tui_gcs.core.judging.flight_result import RoundResult
 from tui_gcs.core.protocol.common import FleetFrame, Phase, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.protocol.planning import JudgedBy
-from tui_gcs.core.scenario.model import Round, Scenario, zone_cells
+from tui_gcs.core.scenario.model import Round, Scenario, team_sweep, zone_cells
 
 WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole within this time will not be."""
@@ -181,11 +181,9 @@ class ZoneMeasure:
         return found
 
     def _figures(self) -> RoundResult:
-        limits = self._scenario.limits
-        radius_m = self._scenario.footprint_radius_m
-        ideal, bound = (
-            reckon(self._n, limits.speed_m_s, radius_m) for reckon in (self._cells.ideal_s, self._cells.bound_s)
-        )
+        team = next(team for team in self._scenario.teams if team.name == self.team)
+        sweep = team_sweep(self._scenario, team, self._n)
+        ideal, bound = self._cells.ideal_s(*sweep), self._cells.bound_s(*sweep)
         grid = self._grid  # its figures are NaN before the window begins
         worst, unseen_s = grid.worst_idleness_s, math.nan
         if grid.unseen and self._on_slot_s is not None:

@@ -16,7 +16,7 @@ from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.layer_assignment import layers_needed
-from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m, zone_cells
+from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m, team_sweep, zone_cells
 from tui_gcs.core.scenario.vehicle_conflicts import Matrix, braking_limits, groups, place_conflicts, possible_teams
 
 HEIGHT_HELD_M = 0.5
@@ -86,12 +86,13 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
     vehicles = team.size
     if zone is None or zone.role is Role.NO_FLY or not vehicles:
         return []
-    speed_m_s, radius_m = scenario.limits.speed_m_s, scenario.footprint_radius_m
+    sweep = team_sweep(scenario, team)
+    speed_m_s, radius_m = sweep.speed_m_s, sweep.footprint_radius_m
     cells = zone_cells(scenario, current, zone)
     size_m2 = cells.reachable_m2
-    ideal_s, bound_s = (reckon(vehicles, speed_m_s, radius_m) for reckon in (cells.ideal_s, cells.bound_s))
+    ideal_s, bound_s = cells.ideal_s(*sweep), cells.bound_s(*sweep)
     flown_km = speed_m_s * current.duration_s / 1000.0
-    speed = f"{vehicles} {times} {speed_m_s:g} m/s {times} 2 {times} {radius_m:g} m"
+    speed = f"{vehicles} {times} {speed_m_s:.3g} m/s {times} 2 {times} {radius_m:g} m"
     reckoned = f"worst idleness; ideal = {size_m2:.0f} m2 / ({speed})"
     found = [
         _note(f"{team.name}: ideal {ideal_s:.1f} s, bound {bound_s:.1f} s", reckoned),

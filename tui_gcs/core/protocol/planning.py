@@ -7,6 +7,7 @@ import math
 import re
 from typing import Literal
 
+from tui_gcs.core.geometry.idleness_bounds import Sweep, sweep_of
 from tui_gcs.core.geometry.zone_cells import ZoneCells, reachable_cells
 from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.protocol.base import Message, Vec3
@@ -170,6 +171,9 @@ class PlannerTask(Message, frozen=True):
     """How important places are; none: all the same."""
     obstacles: tuple[MovingObstacle, ...] = ()
     """Moving discs to keep away from."""
+    asked_m_s: dict[int, float] = {}
+    """The speed of each member by the scenario, where its autopilot flies less: `limits` and `classes` have the less.
+    Ideal and bound are of these, so that they are the same before, in and after a flight."""
     off_course_m: float = 1.25
     """How far beside a moving course the worst of the team's vehicles may be: their autopilots' measured figure."""
 
@@ -179,6 +183,12 @@ class PlannerTask(Message, frozen=True):
         if known is not None:
             return known
         return VehicleClass("", (), self.limits.speed_m_s, self.limits.accel_m_s2, self.footprint_radius_m)
+
+
+def sweep_of_task(task: PlannerTask, n: int) -> Sweep:
+    """Return how `n` vehicles of the task's team sweep its zone, for `ZoneCells.ideal_s` and `bound_s`."""
+    speeds_m_s = [task.asked_m_s.get(vehicle, task.class_of(vehicle).speed_m_s) for vehicle in task.members]
+    return sweep_of(speeds_m_s or [task.limits.speed_m_s], n, task.footprint_radius_m)
 
 
 def cells_of(task: PlannerTask) -> ZoneCells:

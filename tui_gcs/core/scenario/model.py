@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from tui_gcs.core.geometry.idleness_bounds import Sweep, sweep_of
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.geometry.loops import Loop
 from tui_gcs.core.geometry.zone_cells import ZoneCells, reachable_cells
@@ -264,6 +265,13 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             if vehicle in kind.vehicles:
                 return kind
         return VehicleClass("", (), self.limits.speed_m_s, self.limits.accel_m_s2, self.footprint_radius_m)
+
+
+def team_sweep(scenario: Scenario, team: Team, n: int | None = None) -> Sweep:
+    """Return how `n` vehicles of a team, or all of it, sweep its zone: each with the speed of its class."""
+    speeds_m_s = [scenario.class_of(vehicle).speed_m_s for vehicle in team.vehicles]
+    speeds_m_s = speeds_m_s or [scenario.limits.speed_m_s] * team.count
+    return sweep_of(speeds_m_s, team.size if n is None else n, scenario.smallest_footprint_m)
 
 
 def zone_cells(scenario: Scenario, round_: Round, zone: Zone) -> ZoneCells:

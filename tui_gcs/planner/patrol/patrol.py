@@ -24,6 +24,7 @@ from tui_gcs.planner.api import (
     Planner,
     PlannerTask,
     cells_of,
+    sweep_of_task,
 )
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import patrol_state
@@ -336,8 +337,8 @@ class Patrol(Planner):
         tour = self._guidance.tour
         slower = tour.period_s / state.design.tour.period_s
         worst_s = predicted_worst_s(state.design, n) * slower if n else np.nan
-        flown_by = max(1, n), task.limits.speed_m_s, task.footprint_radius_m
-        ideal_s, bound_s = self._cells.ideal_s(*flown_by), self._cells.bound_s(*flown_by)
+        sweep = sweep_of_task(task, max(1, n))
+        ideal_s, bound_s = self._cells.ideal_s(*sweep), self._cells.bound_s(*sweep)
         owners = state.formation.owners.values()
         return state.tempo.metrics | {
             "period_s": tour.period_s,

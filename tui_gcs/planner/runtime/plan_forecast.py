@@ -18,7 +18,7 @@ from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, serving
 from tui_gcs.core.geometry.zones import polygon_of
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol.common import FleetFrame, FlownWays, Phase, PlannerTask, TeamPlan
-from tui_gcs.core.protocol.planning import Annotation, cells_of
+from tui_gcs.core.protocol.planning import Annotation, cells_of, sweep_of_task
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -106,8 +106,8 @@ def forecast(
     if plan.annotations is None:
         plan = replace(plan, annotations=drawn)
     n = serving(len(task.members), sum(intent.kind == "hold" and intent.joined for intent in plan.intents))
-    cells, flown_by = cells_of(task), (n, task.limits.speed_m_s, task.footprint_radius_m)
-    ideal_s, bound_s = cells.ideal_s(*flown_by), cells.bound_s(*flown_by)
+    cells, sweep = cells_of(task), sweep_of_task(task, n)
+    ideal_s, bound_s = cells.ideal_s(*sweep), cells.bound_s(*sweep)
     predicted_s = plan.metrics.get(PREDICTED, math.nan)
     flown_s, separation, ways = _fly(host, world, plan, MIN_FLIGHT_S if math.isfinite(predicted_s) else MAX_FLIGHT_S)
     worst_s = predicted_s if math.isfinite(predicted_s) else flown_s
@@ -186,7 +186,7 @@ def vehicles_for(
     """
     cells, n = cells_of(task), 1
     # The ideal can be beaten in a zone that one footprint nearly covers, the bound never.
-    while n < MAX_VEHICLES and cells.bound_s(n, task.limits.speed_m_s, task.footprint_radius_m) > idleness_s:
+    while n < MAX_VEHICLES and cells.bound_s(*sweep_of_task(with_vehicles(task, n), n)) > idleness_s:
         n += 1
     while n <= MAX_VEHICLES:
         found = forecast(with_vehicles(task, n), frame, files, starts_m, snapshot)

@@ -24,7 +24,7 @@ from tui_gcs.core.protocol.common import (
     VehicleRow,
     decode,
 )
-from tui_gcs.core.scenario.model import Round, Scenario, zone_cells
+from tui_gcs.core.scenario.model import Round, Scenario, team_sweep, zone_cells
 
 Floats = NDArray[np.floating[Any]]
 
@@ -40,7 +40,7 @@ class ZoneRecord:
     zone: Zone
     team: str
     alone_s: float
-    """Ideal worst idleness of one vehicle."""
+    """Ideal worst idleness of one vehicle of the team's mean speed."""
     members: int
     cells_m: Floats
     """(k, 2) centres of cells."""
@@ -120,14 +120,14 @@ class FlightRecord:
         if math.isnan(self.begin_s):
             self.begin_s = status.t_s
         members = {team.name: len(team.members) for team in status.teams}
-        limits, footprint_m = self.scenario.limits, self.scenario.footprint_radius_m
+        footprint_m = self.scenario.smallest_footprint_m
         zones = []
         self._grids, self._fills = [], []
         for team in self.scenario.teams:
             zone = next(z for z in round_.zones if z.name == team.zone)
             seen = zone_cells(self.scenario, round_, zone)
             grid, cells = IdlenessGrid(seen, footprint_m), seen.centres_m()
-            alone_s = seen.ideal_s(1, limits.speed_m_s, footprint_m)
+            alone_s = team.size * seen.ideal_s(*team_sweep(self.scenario, team))
             count = members.get(team.name, 0)
             zones.append(ZoneRecord(zone, team.name, alone_s, count, cells, grid.cell_m, np.zeros(len(cells))))
             self._grids.append(grid)
