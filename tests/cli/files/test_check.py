@@ -19,7 +19,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.draft_file import SavedDraft, to_bytes
-from tui_gcs.core.missions.scenario_findings import preview_findings
+from tui_gcs.core.missions.scenario_findings import gate_findings, preview_findings
 from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.load import parse
 from tui_gcs.planner.runtime.plan_forecast import MAX_SEARCH_STEPS
@@ -153,6 +153,25 @@ def test_a_search_that_was_cut_short_is_told_beside_its_figures() -> None:
     assert "1.25 x ideal, after 20% of the search: a flight may be better" in preview_findings(found)[0].text
     found = msgspec.structs.replace(found, metrics={"searched": 1.0})
     assert preview_findings(found)[0].text.endswith("1.25 x ideal")
+
+
+def test_a_preview_says_which_gates_a_rehearsal_would_fail() -> None:
+    """A star with three slow vehicles was "nothing is wrong" here, and failed its rehearsal with 3.40 x."""
+    scenario = parse(SCENARIO.read_text())
+    round_ = scenario.rounds[0]
+    found = PreviewResult("defend", 0, "done", {"period_s": 800.0}, worst_s=26.0, vehicles=4, ideal_s=20.0, bound_s=9.0)
+    lines = [f"{each.text}: {each.detail}" for each in gate_findings(scenario, round_, found)]
+    assert lines == [
+        "^ defend: duration_s 300 is too short to be measured: "
+        "700 s are enough; a rehearsal flies on until then, a real flight does not"
+    ]
+    found = msgspec.structs.replace(found, metrics={"period_s": 100.0}, worst_s=42.0)
+    (slow,) = gate_findings(scenario, round_, found)
+    assert slow.text == "^ defend: 2.10 x ideal fails the gate worst_ratio_max 2"
+    narrow = msgspec.structs.replace(found, bound_s=36.0)
+    assert gate_findings(scenario, round_, narrow) == [], "no plan is under the bound"
+    assert preview_findings(narrow)[0].text.endswith(", 1.17 x bound")
+    assert gate_findings(scenario, round_, PreviewResult("defend", 0, "failed", text="no")) == []
 
 
 def test_a_preview_ends_when_its_time_or_memory_is_used_up() -> None:

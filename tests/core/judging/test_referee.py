@@ -10,6 +10,8 @@ from tui_gcs.cli.result_table import table
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.judging.result_check import ResultCheck
+from tui_gcs.core.judging.team_checks import idleness_checks
+from tui_gcs.core.judging.zone_measure import ZoneMeasure
 from tui_gcs.core.protocol.common import (
     NOWHERE,
     FleetFrame,
@@ -397,3 +399,57 @@ def test_a_restarted_station_counts_anew_and_its_silence_is_told_while_vehicles_
     assert judged(200, 1, 2, gap_s=3.0).result().frames_lost == 0
     assert "no picture of the fleet for up to 3.0 s" in judged(200, 1, 2, gap_s=3.0).result().incomplete
     assert judged(200, 1, 2, gap_s=3.0, armed=False).result().incomplete == ""
+
+
+def test_a_zone_that_takes_longer_than_ten_minutes_is_measured_too() -> None:
+    """Flown over a lake of 31 ha: one round trip took 1042 s, and warm-up ended after 600 s with 61 % seen."""
+    mission = large_zone()
+    judge = Referee(mission, {"patrol": PlannerInfo("patrol", "3", (), 5.0, judged_by="idleness")})
+    judge.started = IDS
+    judge.begin_round(mission.rounds[0], 0.0)
+    judge.on_frame(frame(1.0, [(100.0, 200.0, 27.0), FAR]))
+    judge.on_status(with_period(2000.0))
+    (measure,) = judge.present()
+    for t in range(2, 1202, 5):
+        judge.on_frame(frame(float(t), [(100.0, 200.0, 27.0), FAR]))
+    assert not measure.done, "each slot is flown once in 1000 s"
+    judge.on_status(with_period(1e9))
+    for t in range(1210, 60_000, 50):
+        judge.on_frame(frame(float(t), [(100.0, 200.0, 27.0), FAR]))
+    assert measure.done, "a period that cannot be true is not waited for"
+
+
+def large_zone() -> Scenario:
+    """A circle of 140 m, of which two vehicles of 1 m/s see all once in 1026 s at best."""
+    whole = parse(toml().replace("radius_m = 80.0", "radius_m = 140.0").replace("speed_m_s = 8.0", "speed_m_s = 1.0"))
+    team = msgspec.structs.replace(whole.teams[0], vehicles=IDS)
+    return msgspec.structs.replace(whole, teams=(team,), places=whole.places[:2])
+
+
+def with_period(period_s: float) -> StationStatus:
+    team = msgspec.structs.replace(status(2).teams[0], metrics={"period_s": period_s})
+    return msgspec.structs.replace(status(2), teams=(team,))
+
+
+def test_a_round_that_was_too_short_says_from_when_on_it_is_measured(referee: Referee) -> None:
+    referee.on_frame(frame(1.0, [(100.0, 200.0, 27.0), FAR]))
+    referee.on_status(status(2))
+    (measure,) = referee.present()
+    measure._grid.full_cover_t = 1.0
+    assert check(referee, "home: worst / ideal").why.endswith(": that begins 60 s after all are on their slots")
+
+
+def test_in_a_strip_worst_idleness_is_compared_with_the_bound() -> None:
+    """No plan comes near the ideal there: the gate would be out of reach of all of them."""
+    strip = 'shape = "rectangle"\ncentre_m = [300.0, 200.0]\nwidth_m = 560.0\nheight_m = 18.0'
+    circle = 'shape = "circle"\ncentre_m = [150.0, 200.0]\nradius_m = 80.0'
+    mission = parse(toml().replace(circle, strip, 1))
+    measure = ZoneMeasure(mission, mission.rounds[0], mission.rounds[0].zones[0], "defend", 0.0)
+    measure._n = 4
+    r = measure.result()
+    assert r.bound_s is not None and r.ideal_s is not None and r.bound_s > 2.0 * r.ideal_s
+    r.worst_idleness_s, r.ratio = 1.2 * r.bound_s, 1.2 * r.bound_s / r.ideal_s
+    worst = next(c for c in idleness_checks("s", r, mission.results, "") if "worst" in c.name)
+    assert (worst.name, worst.ok, worst.value) == ("s: worst / bound", True, 1.2)
+    r.worst_idleness_s = 2.1 * r.bound_s
+    assert not next(c for c in idleness_checks("s", r, mission.results, "") if "worst" in c.name).ok

@@ -94,7 +94,7 @@ def scenario_lines(
     from tui_gcs.planner.runtime import registry
 
     found = [
-        FindingLine(WORDS[finding.level], where, f"{finding.text} {finding.detail}".rstrip())
+        FindingLine(WORDS[finding.level], where, ": ".join(filter(None, (finding.text, finding.detail))))
         for where, finding in [*findings(scenario), *(ground_findings(scenario, elevation) if elevation else ())]
     ]
     found += [FindingLine(ERROR, "", problem) for problem in wrong_gates(scenario, text, planners or {})]

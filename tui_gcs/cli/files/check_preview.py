@@ -22,7 +22,7 @@ from tui_gcs.core.geometry.zones import area_m2
 from tui_gcs.core.judging.team_separation import findings, summary
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.missions.mission_findings import FindingLevel
-from tui_gcs.core.missions.scenario_findings import ScenarioFinding, preview_findings
+from tui_gcs.core.missions.scenario_findings import ScenarioFinding, gate_findings, preview_findings
 from tui_gcs.core.protocol.common import FleetFrame, PlannerTask, PreviewResult, PreviewTask
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.planner.lazy_scipy import warm_up
@@ -121,7 +121,9 @@ def preview_lines(scenario: Scenario, autopilot: str, seconds: float) -> list[Fi
     lines = [
         FindingLine(WORDS[finding.level], round_.name, ": ".join(filter(None, (finding.text, finding.detail))))
         for round_ in scenario.rounds
-        for finding in _round(scenario, [found for (name, _), found in results.items() if name == round_.name], seconds)
+        for finding in _round(
+            scenario, round_, [found for (name, _), found in results.items() if name == round_.name], seconds
+        )
     ]
     told = f"planned for {autopilot_name(number)}, up to {off_m:g} m beside its course (--autopilot)"
     if own.speed_m_s < scenario.limits.speed_m_s or own.accel_m_s2 < scenario.limits.accel_m_s2:
@@ -139,7 +141,11 @@ def _jobs(scenario: Scenario, round_: Round, off_m: float, own: OwnLimits, secon
             yield _Job(PreviewTask(0, task, nobody, starts_m=starts_m), task, seconds)
 
 
-def _round(scenario: Scenario, results: list[PreviewResult], seconds: float) -> Iterator[ScenarioFinding]:
+def _round(
+    scenario: Scenario, round_: Round, results: list[PreviewResult], seconds: float
+) -> Iterator[ScenarioFinding]:
+    planner_of = {team.name: team.planner for team in scenario.teams}
+    infos = registry.infos(set(planner_of.values()))
     late = [found.team for found in results if found.text == _used_up(seconds)]
     if late:
         names = ", ".join(late[:MAX_NAMED]) + (f" and {len(late) - MAX_NAMED} more" if len(late) > MAX_NAMED else "")
@@ -147,6 +153,8 @@ def _round(scenario: Scenario, results: list[PreviewResult], seconds: float) -> 
     for found in results:
         if found.team not in late:
             yield from preview_findings(found)
+            if (info := infos.get(planner_of[found.team])) is not None and info.judged_by == "idleness":
+                yield from gate_findings(scenario, round_, found)
     ways = {found.team: found.ways for found in results if found.ways is not None}
     yield from summary(findings(ways, scenario.limits))
 

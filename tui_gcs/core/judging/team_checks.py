@@ -2,6 +2,7 @@
 
 import msgspec
 
+from tui_gcs.core.geometry.idleness_bounds import gate_reference
 from tui_gcs.core.judging.flight_result import RoundResult
 from tui_gcs.core.judging.incursions import IntruderResult
 from tui_gcs.core.judging.result_check import ResultCheck, at_least, at_most
@@ -15,13 +16,22 @@ def idleness_checks(where: str, r: RoundResult, limits: ResultLimits, why: str) 
     checks = [
         at_most(f"{where}: all on slot, s", r.on_slot_after_s, limits.on_slot_max_s, why),
         at_least(f"{where}: coverage", r.coverage, limits.coverage_min),
-        at_most(f"{where}: worst / ideal", r.ratio, limits.worst_ratio_max, why),
+        _worst_check(where, r, limits, why),
     ]
     # A planner without slots publishes no place to be at: no intent said where to be when.
     if r.off_slot_max_m is not None or not r.measured_s:
         checks.append(at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
         checks.append(at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))
     return checks
+
+
+def _worst_check(where: str, r: RoundResult, limits: ResultLimits, why: str) -> ResultCheck:
+    """Worst idleness over the ideal, or over the bound in a zone so narrow that no plan comes near the ideal."""
+    reference_s, name = gate_reference(r.ideal_s or 0.0, r.bound_s or 0.0)
+    ratio = r.ratio
+    if name == "bound" and r.worst_idleness_s is not None:
+        ratio = round(r.worst_idleness_s / reference_s, 2)
+    return at_most(f"{where}: worst / {name}", ratio, limits.worst_ratio_max, why)
 
 
 def coverage_checks(where: str, r: RoundResult, limits: ResultLimits) -> list[ResultCheck]:

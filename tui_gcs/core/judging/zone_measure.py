@@ -16,6 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from tui_gcs.core.geometry.idleness_bounds import Sweep
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, PositionInterpolator
 from tui_gcs.core.geometry.zones import Zone, polygon_of
 from tui_gcs.core.judging.flight_result import RoundResult
@@ -25,7 +26,12 @@ from tui_gcs.core.protocol.planning import JudgedBy
 from tui_gcs.core.scenario.model import Round, Scenario, team_sweep, zone_cells
 
 WARM_UP_LIMIT_S = 600.0
-"""A zone that is not seen whole within this time will not be."""
+"""Warm-up without a tour lasts so long at most, or the round's own duration where that is longer."""
+WARM_UP_LAPS, WARM_UP_IDEALS = 6, 20
+"""Warm-up of a tour lasts so many slot periods: two if all is seen in the first, else `LAPS` after the last new cell. A
+period that the planner published wrongly is not waited for: at most so many times the ideal.
+
+One vehicle over a lake of 31 ha needs 1042 s for a round trip; after 600 s it had seen 61 % of it."""
 LAPS = 3
 """A cell that is unseen after this many slot periods stays so: in one the vehicles together see the whole tour."""
 STALLED_S = 120.0
@@ -88,10 +94,21 @@ class ZoneMeasure:
         if self._window_s is not None:
             return self._last_s - self._window_s >= limits.measured_s
         if self._on_slot_s is not None:
-            return self._last_s - self._on_slot_s > WARM_UP_LIMIT_S
+            return self._last_s - self._on_slot_s > self._warm_up_limit_s()
         # A planner without slots is not waited for: it is measured from the beginning.
         slots_s = limits.measured_s if self.judged_by != "idleness" else 0.0
         return self._last_s - self._begin_s > limits.on_slot_max_s + slots_s
+
+    def _warm_up_limit_s(self) -> float:
+        """After this time on slots nothing more is waited for."""
+        asked_s, slot_s = max(WARM_UP_LIMIT_S, self._round.duration_s), self._period_s / max(self._n, 1)
+        if math.isnan(slot_s):
+            return asked_s
+        return max(asked_s, min(WARM_UP_LAPS * slot_s, WARM_UP_IDEALS * self._cells.ideal_s(*self._sweep())))
+
+    def _sweep(self) -> Sweep:
+        team = next(team for team in self._scenario.teams if team.name == self.team)
+        return team_sweep(self._scenario, team, self._n)
 
     def on_points(self, open_points: int) -> None:
         """Take how many points of interest the team has still to visit."""
@@ -144,7 +161,9 @@ class ZoneMeasure:
             return f"never all on their slots: {most} had `joined` and were within 5 m of where their intents had them"
         if self._grid.full_cover_t is None:
             return f"the zone was never seen whole: {seen_pct(self._grid.coverage):.1f} %"
-        return "the round ended before it could be measured"
+        slots_s = 2.0 * self._period_s / max(self._n, 1)
+        needs = f": that begins {slots_s:.0f} s after all are on their slots" if math.isfinite(slots_s) else ""
+        return f"the round ended before it could be measured{needs}"
 
     def _warmed_up(self, t_s: float) -> bool:
         """Whether each slot was flown twice, where the planner publishes a period, and every cell was seen.
@@ -181,8 +200,7 @@ class ZoneMeasure:
         return found
 
     def _figures(self) -> RoundResult:
-        team = next(team for team in self._scenario.teams if team.name == self.team)
-        sweep = team_sweep(self._scenario, team, self._n)
+        sweep = self._sweep()
         ideal, bound = self._cells.ideal_s(*sweep), self._cells.bound_s(*sweep)
         grid = self._grid  # its figures are NaN before the window begins
         worst, unseen_s = grid.worst_idleness_s, math.nan

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from tui_gcs.core.firmware.own_limits import shipped_problems
+from tui_gcs.core.geometry.idleness_bounds import gate_reference
 from tui_gcs.core.geometry.zone_cells import part_for, permitted_parts
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
 from tui_gcs.core.missions.mission_findings import FindingLevel
@@ -179,9 +180,14 @@ def layers_finding(scenario: Scenario) -> ScenarioFinding:
     layers_m = sorted({place.layer_m for place in scenario.places})
     near = _near(scenario)
     apart = len(set(groups(near)))
-    text = f"{len(scenario.places)} vehicles on {len(layers_m)} layers, {layers_m[0]:g} to {layers_m[-1]:g} m"
+    count, layers = len(scenario.places), len(layers_m)
+    if count == 1:
+        return _note(f"1 vehicle, at {layers_m[0]:g} m")
+    on = f"{layers} layers, {layers_m[0]:g} to {layers_m[-1]:g} m" if layers > 1 else f"1 layer, {layers_m[0]:g} m"
     together = "all may come near each other" if apart == 1 else f"{apart} groups that stay apart share them"
-    return _note(text, f"at least {layers_needed(near)} layers are needed: {together}")
+    needed = layers_needed(near)
+    least = f"at least {needed} layers are needed" if needed > 1 else "1 layer is enough"
+    return _note(f"{count} vehicles on {on}", f"{least}: {together}")
 
 
 def _searched(found: PreviewResult) -> str:
@@ -190,12 +196,32 @@ def _searched(found: PreviewResult) -> str:
     return "" if share >= 1.0 else f", after {share:.0%} of the search: a flight may be better"
 
 
+def gate_findings(scenario: Scenario, round_: Round, found: PreviewResult) -> list[ScenarioFinding]:
+    """Return which gates of idleness the planned figures would fail: what a rehearsal says after it, said before."""
+    lines, limits, team = [], scenario.results, found.team
+    if found.state != "done":
+        return []
+    reference_s, name = gate_reference(found.ideal_s, found.bound_s)
+    ratio, gate = found.worst_s / reference_s if reference_s > 0.0 else 0.0, limits.worst_ratio_max
+    if ratio > gate:
+        text = f"^ {team}: {ratio:.2f} x {name} fails the gate worst_ratio_max {gate:g}"
+        lines.append(_caution(text, "raise it in [results], or change zone, vehicles or classes"))
+    slots_s = 2.0 * found.metrics.get("period_s", 0.0) / max(found.metrics.get("slots", found.vehicles), 1.0)
+    if slots_s > round_.duration_s:
+        text = f"^ {team}: duration_s {round_.duration_s:g} is too short to be measured"
+        enough = f"{limits.on_slot_max_s + slots_s + limits.measured_s:.0f} s are enough"
+        lines.append(_caution(text, f"{enough}; a rehearsal flies on until then, a real flight does not"))
+    return lines
+
+
 def preview_findings(found: PreviewResult) -> list[ScenarioFinding]:
     """Return the findings about the finished preview of one team: idleness, separation."""
     team = found.team
     if found.state == "failed":
         return [_caution(f"{team}: no plan: {found.text}")]
     seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x ideal" if isfinite(found.worst_s) else "not all is seen"
+    if isfinite(found.worst_s) and found.bound_s > found.ideal_s:
+        seen += f", {found.worst_s / found.bound_s:.2f} x bound"
     apart = f", separation {found.separation:.2f} x" if isfinite(found.separation) else ""
     lines = [_note(f"{team}: {found.vehicles} planned: {seen}{apart}{_searched(found)}")]
     if found.unreachable:
