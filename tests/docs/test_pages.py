@@ -218,7 +218,7 @@ def test_a_field_with_a_house_is_a_scenario(tmp_path: Path):
     file.write_text(file.read_text(encoding="utf-8").replace("[[team]]", f"{zone}\n[[team]]", 1), encoding="utf-8")
     done = subprocess.run([*run, "check", str(file)], check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
-    assert "m2 in no-fly zone house never seen" in done.stdout, "it is a hole: it lies in the field"
+    assert "m2 in no-fly zone house: never seen" in done.stdout, "it is a hole: it lies in the field"
 
 
 def test_the_readme_is_short():

@@ -13,7 +13,7 @@ from tui_gcs.cli.command_report import check_output, finish
 from tui_gcs.cli.common import join, login_name, read_planners, read_scenario, running
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.flights.alarm_lines import AlarmLines
-from tui_gcs.cli.flights.scenario_options import require_gates
+from tui_gcs.cli.flights.scenario_options import require_fit
 from tui_gcs.cli.flights.station_keeper import StationKeeper
 from tui_gcs.cli.fly import start
 from tui_gcs.cli.progress_bar import ProgressBar
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     _check_overrides(arguments.override)
     planners = read_planners(arguments.planner)
     scenario, toml, _ = read_scenario(arguments.scenario, planners)
-    require_gates(scenario, toml, arguments.scenario, planners)
+    require_fit(scenario, toml, arguments.scenario, planners)
     if kind is RunKind.LIVE and sys.stdin.isatty() and not arguments.yes:
         _ask_count(scenario)
     start(kind, arguments)

@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 from tests.rigs.reports import report_of
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.bounded import TimeUsedUp, bounded
 from tui_gcs.cli.files.check_preview import _Budget, search_steps
+from tui_gcs.cli.flights.scenario_options import ScenarioChanges
 from tui_gcs.cli.main import main
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import mission_builder as build
@@ -226,13 +228,56 @@ def test_a_zone_to_which_no_way_leads(
     """A wall across the field; 100 m shorter it leaves a way round its end."""
     wall = WALL % (north_m, height_m)
     Path("wall.toml").write_text(SCENARIO.read_text().replace("[[round.zone]]", wall + "[[round.zone]]", 1))
-    assert main(["check", "wall.toml"]) == 0
-    found = "caution round 1, team attack: attack: no way leads from the take-off places of 5-8 to field" in (
+    assert main(["check", "wall.toml"]) == int(is_closed)
+    found = "ERROR   round 1, team attack: attack: no way leads from the take-off places of 5-8 to field" in (
         out := capsys.readouterr().out
     )
     assert found is is_closed
     assert ("wall and the margin of 5 m leave none" in out) is is_closed
     assert "no way leads from the take-off places of 1-4" not in out, "home is on their side"
+
+
+def checked(capsys: pytest.CaptureFixture[str], text: str) -> tuple[int, str]:
+    Path("wrong.toml").write_text(text)
+    code = main(["check", "wrong.toml"])
+    return code, capsys.readouterr().out
+
+
+def test_parameters_that_a_planner_does_not_take_are_found_before_the_flight(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """`check` said "nothing is wrong", and the rehearsal ended after 90 s with five vehicles that were not ready."""
+    first = "vehicles = [1, 2, 3, 4]\n"
+    text = SCENARIO.read_text()
+    code, out = checked(capsys, text.replace(first, f"{first}parameters = {{ speed_fractoin = 0.5 }}\n"))
+    line = text.splitlines().index(first.strip()) + 2
+    assert code == 1
+    assert f"ERROR   team[1].parameters.speed_fractoin (line {line}): planner patrol: speed_fractoin" in out
+    assert "(did you mean speed_fraction?)" in out
+    code, out = checked(capsys, text.replace(first, f"{first}parameters = {{ speed_fraction = 5.0 }}\n"))
+    assert code == 1 and f"(line {line}): planner patrol: speed_fraction must be at most 0.985" in out
+    with pytest.raises(CommandError, match=r"wrong.toml: team\[1\].parameters.speed_fraction \(line"):
+        ScenarioChanges({}).made(Path("wrong.toml").read_text(), "wrong.toml")
+
+
+def test_a_planner_that_is_mistyped_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out = checked(capsys, SCENARIO.read_text().replace('planner = "patrol"', 'planner = "patroll"', 1))
+    assert code == 0 and "'patroll' is none of the known ones (did you mean patrol?)" in out
+
+
+def test_what_no_vehicle_can_see_or_do(capsys: pytest.CaptureFixture[str]) -> None:
+    text = SCENARIO.read_text()
+    code, out = checked(capsys, text.replace("geofence_margin_m = 5.0", "geofence_margin_m = 200.0"))
+    assert code == 1 and "ERROR   round 1, team defend: defend: nothing of home can be seen" in out
+    stranger = '[[class]]\nname = "slow"\nvehicles = [4, 77]\nspeed_m_s = 5.0\n'
+    weak = "capacity_wh = 10.0\nhover_w = 200.0\ncruise_w = 180.0\n"
+    task = '[[task]]\nname = "well"\nplace_m = [300.0, 200.0]\n'
+    code, out = checked(capsys, text + stranger + weak + task)
+    assert code == 0 and "class slow: 77 in no team" in out and "task well" not in out
+    assert "defend: 4 of class slow return before the round is over: a battery lasts 153 s until return_pct" in out
+    house = (WALL % (200.0, 100.0)).replace("width_m = 10.0", "width_m = 40.0")
+    code, out = checked(capsys, text.replace("[[round.zone]]", house + "[[round.zone]]", 1) + task)
+    assert "task well: 26 m from where vehicles may fly, and they see 15 m: no vehicle can do it" in out
 
 
 def test_layers_with_nothing_to_spare(capsys: pytest.CaptureFixture[str]) -> None:

@@ -131,6 +131,13 @@ ONE_PROBLEM = [  # (old, new, key path, what the error must say)
     ("radius_m = 80.0", "radius_m = 200.0", "round[1].zone[1]", "reaches outside the operating area"),
     ("radius_m = 75.0", "radius_m = 0.1", "round[2].zone[2]", "the area is 0.0314 m2"),
     ("[160.0, 190.0], [160.0, 280.0]", "[160.0, 280.0], [160.0, 100.0]", "round[3].zone[1]", "crosses itself"),
+    (
+        '"field"\nrole = "attack"',
+        '"x"\nrole = "no-fly"\nshape = "circle"\ncentre_m = [45.0, 170.0]\nradius_m = 5.0\n\n'
+        '[[round.zone]]\nname = "field"\nrole = "attack"',
+        "place[1]",
+        "the place is inside no-fly zone 'x' of round 'round 1'",
+    ),
     ("[90.0, 280.0]]", "[90.0, 130.0]]", "round[3].zone[1].vertices_m", "the last vertex is the first again"),
     ("alt_max_m = 90.0", "alt_max_m = 20.0", "round[1].area.alt_max_m", "not above alt_min_m"),
     ("vehicles = [5, 6, 7, 8]", "vehicles = [4, 5, 6, 7, 8]", "team[2].vehicles[1]", "a second use of vehicle 4"),

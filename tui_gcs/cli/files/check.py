@@ -88,20 +88,24 @@ def scenario_lines(
         scenario = parse(text, path.name)
     except ScenarioError as error:
         return [FindingLine(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
-    from tui_gcs.cli.flights.scenario_options import wrong_gates
+    from tui_gcs.cli.flights.scenario_options import wrong_gates, wrong_parameters
     from tui_gcs.core.missions.ground_findings import ground_findings
     from tui_gcs.core.missions.scenario_findings import findings  # not for a scenario that cannot be read
+    from tui_gcs.core.scenario.fields import nearest
     from tui_gcs.planner.runtime import registry
 
     found = [
         FindingLine(WORDS[finding.level], where, ": ".join(filter(None, (finding.text, finding.detail))))
         for where, finding in [*findings(scenario), *(ground_findings(scenario, elevation) if elevation else ())]
     ]
-    found += [FindingLine(ERROR, "", problem) for problem in wrong_gates(scenario, text, planners or {})]
+    for wrong in (wrong_parameters, wrong_gates):
+        found += [FindingLine(ERROR, "", problem) for problem in wrong(scenario, text, planners or {})]
     known = {*registry.names(), *(planners or {})}
     for team in scenario.teams:
         if team.planner not in known:
-            what = f"planner {team.planner!r} is none of the known ones: it needs --planner FILE.py where it flies"
+            near = nearest(team.planner, known)
+            unknown = f"planner {team.planner!r} is none of the known ones{near}"
+            what = f"{unknown}: it needs --planner FILE.py where it flies"
             found.append(FindingLine(CAUTION, f"team {team.name}", what))
     if preview is not None:
         from tui_gcs.cli.files.check_preview import preview_lines

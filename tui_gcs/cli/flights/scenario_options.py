@@ -11,7 +11,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.planning import ParamInfo, ParamValue, PlannerInfo
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.fields import nearest
-from tui_gcs.core.scenario.lines import map_lines
+from tui_gcs.core.scenario.lines import find_line, map_lines
 from tui_gcs.core.scenario.load import MAX_VEHICLES, ScenarioError, parse
 from tui_gcs.core.scenario.model import Instances, Scenario, Team
 from tui_gcs.core.scenario.place_allocation import fit_places
@@ -52,7 +52,7 @@ class ScenarioChanges:
             scenario = parse(document.text, where, known)
         except ScenarioError as error:
             raise CommandError(str(error)) from None
-        require_gates(scenario, document.text, where, self.planners)
+        require_fit(scenario, document.text, where, self.planners)
         return scenario, document.text
 
     def _set_planner(self, document: ScenarioDocument, teams: Collection[Team]) -> None:
@@ -124,10 +124,30 @@ def shares(count: int, sizes: list[int]) -> list[int]:
     return found
 
 
-def require_gates(scenario: Scenario, toml: str, where: str, planners: Mapping[str, PlannerInfo]) -> None:
-    """Raise `CommandError` for gates of metrics that no planner of the scenario declares, with file and line."""
-    if found := wrong_gates(scenario, toml, planners):
+def require_fit(scenario: Scenario, toml: str, where: str, planners: Mapping[str, PlannerInfo]) -> None:
+    """Raise `CommandError` for parameters and gates that no planner of the scenario declares, with file and line."""
+    if found := [*wrong_parameters(scenario, toml, planners), *wrong_gates(scenario, toml, planners)]:
         raise CommandError("\n".join(f"{clean(where, MAX_CELLS)}: {problem}" for problem in found))
+
+
+def wrong_parameters(scenario: Scenario, toml: str, planners: Mapping[str, PlannerInfo]) -> list[str]:
+    """Return a line, with its place in the file, for each parameter that its team's planner does not take so."""
+    infos = registry.infos({team.planner for team in scenario.teams} - set(planners)) | dict(planners)
+    found = []
+    for number, team in enumerate(scenario.teams, 1):
+        if (info := infos.get(team.planner)) is None:
+            continue
+        for name, value in team.parameters.items():
+            for problem in info.problems({name: value}):
+                near = nearest(name, {param.name for param in info.params}) if _param(info, name) is None else ""
+                found.append(f"{_at(toml, f'team[{number}].parameters.{name}')}: planner {info.name}: {problem}{near}")
+    return found
+
+
+def _at(toml: str, path: str) -> str:
+    """Return a key's path with its line, where it has one."""
+    line = find_line(map_lines(toml), path)
+    return f"{path} (line {line})" if line is not None else path
 
 
 def wrong_gates(scenario: Scenario, toml: str, planners: Mapping[str, PlannerInfo]) -> list[str]:
@@ -135,15 +155,9 @@ def wrong_gates(scenario: Scenario, toml: str, planners: Mapping[str, PlannerInf
     if not scenario.results.metrics:
         return []
     from tui_gcs.core.judging.metric_log import gate_problems
-    from tui_gcs.core.scenario.lines import find_line
 
     infos = registry.infos({team.planner for team in scenario.teams} - set(planners)) | dict(planners)
-    found, spans = [], map_lines(toml)
-    for gate, problem in gate_problems(scenario, infos):
-        path = f"results.metrics.{gate}"
-        line = find_line(spans, path)
-        found.append(f"{path}{f' (line {line})' if line is not None else ''}: {problem}")
-    return found
+    return [f"{_at(toml, f'results.metrics.{gate}')}: {problem}" for gate, problem in gate_problems(scenario, infos)]
 
 
 def _param(info: PlannerInfo, name: str) -> ParamInfo | None:

@@ -3,6 +3,7 @@
 The plan screen and `tui-gcs check` show the same list. What cannot be flown at all is reported by `core/scenario/load`.
 """
 
+import math
 from math import isfinite
 from typing import NamedTuple
 
@@ -38,6 +39,11 @@ def _caution(text: str, detail: str = "") -> ScenarioFinding:
     return ScenarioFinding(FindingLevel.CAUTION, text, detail)
 
 
+def _error(text: str, detail: str = "") -> ScenarioFinding:
+    """A finding that no flight can go well with, whatever the planner does."""
+    return ScenarioFinding(FindingLevel.ERROR, text, detail)
+
+
 def _note(text: str, detail: str = "", *, is_ok: bool = False) -> ScenarioFinding:
     return ScenarioFinding(FindingLevel.NOTE, text, detail, is_ok)
 
@@ -47,6 +53,7 @@ def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
     found = [(scenario.name, layers_finding(scenario))]
     asked = scenario.limits
     found += [(scenario.name, _caution(each)) for each in shipped_problems(asked.speed_m_s, asked.accel_m_s2)]
+    found += [(scenario.name, each) for each in [*classes_of_nobody(scenario), *unreachable_tasks(scenario)]]
     for round_ in scenario.rounds:
         found.append((round_.name, area_finding(round_)))
         for zone in round_.zones:
@@ -54,6 +61,33 @@ def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
             found += [(where, zone_finding(zone, round_.area)), *((where, each) for each in unserved(scenario, zone))]
         for team in scenario.teams:
             found += [(f"{round_.name}, team {team.name}", each) for each in team_findings(scenario, round_, team)]
+    return found
+
+
+def classes_of_nobody(scenario: Scenario) -> list[ScenarioFinding]:
+    """Find vehicles of classes that are in no team: a number was probably mistyped."""
+    if any(team.count for team in scenario.teams):
+        return []  # who is in a team by count is known at the start
+    named = {vehicle for team in scenario.teams for vehicle in team.vehicles}
+    strangers = {kind.name: sorted(set(kind.vehicles) - named) for kind in scenario.classes}
+    return [_caution(f"class {name}: {id_ranges(ids)} in no team") for name, ids in strangers.items() if ids]
+
+
+def unreachable_tasks(scenario: Scenario) -> list[ScenarioFinding]:
+    """Find tasks that no vehicle can have within its footprint in the first round, in which they begin."""
+    if not scenario.tasks:
+        return []
+    first = scenario.rounds[0]
+    parts = permitted_parts(first.area.shape, first.no_fly, scenario.limits.geofence_margin_m)
+    named = [vehicle for team in scenario.teams for vehicle in team.vehicles]
+    seen_m = [scenario.class_of(vehicle).footprint_radius_m for vehicle in named]
+    radius_m = max(seen_m, default=scenario.footprint_radius_m)
+    found = []
+    for task in scenario.tasks:
+        away_m = min((part.distance(shapely.Point(task.place_m)) for part in parts), default=math.inf)
+        if away_m > radius_m:
+            text = f"task {task.name}: {away_m:.0f} m from where vehicles may fly, and they see {radius_m:g} m"
+            found.append(_caution(text, "no vehicle can do it: move it, or the no-fly zones and the margin"))
     return found
 
 
@@ -102,6 +136,9 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
     found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]
     found += [*tight_layers(scenario, team), *cut_off(scenario, current, zone, team)]
     found += [_caution(f"{team.name}: {part.area_m2:.0f} m2 {part.why}", "never seen") for part in cells.unreachable]
+    if not cells.count:
+        found.append(_error(f"{team.name}: nothing of {zone.name} can be seen from where vehicles may fly"))
+    found += short_of_battery(scenario, current, team)
     if ideal_s > current.duration_s:
         text = (
             f"{team.name}: cannot see all of {zone.name} once: {ideal_s:.0f} s at best, {current.duration_s:g} s flown"
@@ -126,7 +163,23 @@ def cut_off(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[
     who = id_ranges(numbers) or f"{len(closed)} vehicles"
     names = ", ".join(each.name for each in no_fly) or "the border"
     text = f"{team.name}: no way leads from the take-off places of {who} to {zone.name}"
-    return [_caution(text, f"{names} and the margin of {margin_m:g} m leave none: move it, or the places")]
+    return [_error(text, f"{names} and the margin of {margin_m:g} m leave none: move it, or the places")]
+
+
+def short_of_battery(scenario: Scenario, current: Round, team: Team) -> list[ScenarioFinding]:
+    """Find classes whose full batteries are used up before the round is over: their vehicles return."""
+    found = []
+    usable = 1.0 - scenario.battery.return_pct / 100.0
+    for kind in scenario.classes:
+        members = sorted(set(kind.vehicles) & set(team.vehicles))
+        if kind.power is None or not members:
+            continue
+        lasts_s = usable * kind.power.capacity_wh * 3600.0 / max(kind.power.hover_w, kind.power.cruise_w)
+        if lasts_s < current.duration_s:
+            text = f"{team.name}: {id_ranges(members)} of class {kind.name} return before the round is over"
+            why = f"a battery lasts {lasts_s:.0f} s until return_pct, the round {current.duration_s:g} s"
+            found.append(_caution(text, why))
+    return found
 
 
 def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[ScenarioFinding]:

@@ -115,7 +115,8 @@ def _check_shape(problems: Problems, path: str, shape: Shape) -> bool:
             problems.add(path, "the polygon has no area", f"must be at least {MIN_AREA_M2:g} m2")
             return False
         if not polygon.is_valid:
-            reason = shapely.is_valid_reason(polygon).replace("Self-intersection", "the border crosses itself near ")
+            reason = shapely.is_valid_reason(polygon)
+            reason = re.sub("(Ring )?Self-intersection", "the border crosses itself near ", reason)
             reason = re.sub(r"-?\d+\.\d+", lambda found: f"{float(found[0]):.1f}", reason)
             problems.add(path, reason, "give the vertices in order around the polygon")
             return False
@@ -160,6 +161,11 @@ def _check_places(
             if not contains(round_.area.shape, [place.place_m])[0]:
                 wrong = f"the place is outside the operating area of round {shown(round_.name)}"
                 problems.add(path, wrong, "vehicles start and land inside every round's area")
+                break
+            over = [zone for zone in round_.no_fly if contains(zone.shape, [place.place_m])[0]]
+            if over:
+                wrong = f"the place is inside no-fly zone {shown(over[0].name)} of round {shown(round_.name)}"
+                problems.add(path, wrong, "vehicles start and land outside of every round's no-fly zones")
                 break
     for (a_path, a), (b_path, b) in combinations(places, 2):
         apart_m = distance_m(a.place_m, b.place_m)
