@@ -64,6 +64,25 @@ def test_a_planner_that_nobody_knows_fails_however_well_it_flies() -> None:
     assert (check.ok, check.why) == (False, "what planner patrol is judged by is not known")
 
 
+def test_what_a_survey_saw_before_a_loss_stays_seen() -> None:
+    """The station's planner did not fly there again, so 2 of 5911 cells were never seen and the survey failed."""
+    judge = flown(scenario(2), info("coverage"), 1.0)
+    xy = [(float(x), float(y)) for x in range(70, 240, 15) for y in range(120, 290, 15)]
+    half = len(xy) // 2
+    for t, place in enumerate(xy[:half], 2):
+        judge.on_frame(frame(float(t), [(*place, 27.0), FAR]))
+    judge.lose(2, float(half + 2))
+    for t, place in enumerate(xy[half:], half + 3):
+        judge.on_frame(frame(float(t), [(*place, 27.0)]))
+    first, second = judge.result().rounds
+    assert first.cut_short and 0.3 < first.coverage < 0.7, "its figures are those of its end"
+    assert second.coverage == 1.0 and second.covered_s is not None and second.covered_s < 80.0
+    assert second.cover_bound_s is not None
+    alone_s = (math.pi * 80.0**2 * (1.0 - first.coverage) - math.pi * 15.0**2) / (2 * 15.0 * 8.0)
+    assert second.cover_bound_s == pytest.approx(alone_s, abs=0.2), "of what was left, by the one that was left"
+    assert all(check.name.startswith("round 1 -2") for check in checks_of_round(judge))
+
+
 def test_a_survey_is_judged_by_the_time_until_all_was_seen() -> None:
     judge = flown(scenario(2), info("coverage"), 1.0)
     assert [(c.name, c.ok) for c in checks_of_round(judge)] == [

@@ -453,3 +453,12 @@ def test_in_a_strip_worst_idleness_is_compared_with_the_bound() -> None:
     assert (worst.name, worst.ok, worst.value) == ("s: worst / bound", True, 1.2)
     r.worst_idleness_s = 2.1 * r.bound_s
     assert not next(c for c in idleness_checks("s", r, mission.results, "") if "worst" in c.name).ok
+
+
+def test_who_is_on_slots_too_late_is_so_when_it_is(referee: Referee) -> None:
+    """The figure was the limit plus a frame, 120.1 s, however late they were."""
+    for t in range(1, 200):
+        referee.on_frame(frame(float(t), [(100.0, 200.0, 27.0), FAR]))
+    assert all(measure.done for measure in referee.present())
+    referee.on_status(status(2))
+    assert check(referee, "home: all on slot, s") == ResultCheck("round 1 home: all on slot, s", False, 199.0, 120.0)

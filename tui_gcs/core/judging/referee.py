@@ -80,7 +80,10 @@ class Referee:
         zone = next(zone for zone in self._area.zones if zone.name == team.zone)
         info = self.planners.get(team.planner)
         judged_by = info.judged_by if info is not None else "metrics"
-        measure = self._present[team.name] = ZoneMeasure(self._scenario, self._area, zone, team.name, t_s, judged_by)
+        measure = ZoneMeasure(self._scenario, self._area, zone, team.name, t_s, judged_by)
+        if part:
+            measure.carry_on(self._present[team.name])
+        self._present[team.name] = measure
         measure.part = part
         measure.lasts_whole = judged_by == "intruders" and self.incursions is not None
         self.metrics.begin(self._area.name + part, team.name, t_s)

@@ -9,6 +9,7 @@ Worst idleness is compared with the ideal A / (n v 2r) of the n vehicles on slot
 Slots are kept when in the measured time no vehicle is far from where its plan has it.
 """
 
+import copy
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -61,6 +62,8 @@ class ZoneMeasure:
         self._cells = zone_cells(scenario, round_, zone)
         self._grid = IdlenessGrid(self._cells, scenario.smallest_footprint_m)
         self._fill = PositionInterpolator()
+        self._left_m2 = self._cells.reachable_m2
+        """Where coverage is judged: the area that was still to be seen when this began."""
         self._on_slot_s: float | None = None
         self._window_s: float | None = None
         self._last_s = t_s
@@ -73,6 +76,15 @@ class ZoneMeasure:
         self._off_slot_cm: Counter[int] = Counter()
         """How often a vehicle was so many centimetres off its slot."""
         self._off_slot_max_m = self._lag_max_s = math.nan
+
+    def carry_on(self, before: "ZoneMeasure") -> None:
+        """Go on from the measure before this one, which ended with a loss or a hold: what was seen once stays seen.
+
+        Only coverage is of the whole round; what is seen again and again is judged by the vehicles that are left.
+        """
+        if self.judged_by == "coverage":
+            self._grid, self._fill = copy.deepcopy(before._grid), copy.deepcopy(before._fill)
+            self._left_m2 = self._cells.reachable_m2 * (1.0 - self._grid.coverage)
 
     @property
     def round_name(self) -> str:
@@ -126,6 +138,8 @@ class ZoneMeasure:
     def on_frame(self, frame: FleetFrame, rows: list[VehicleRow]) -> None:
         """Measure idleness and distances from the vehicles' positions."""
         if self.done:
+            if self.judged_by == "idleness" and self._on_slot_s is None:
+                self._last_s = frame.t_s  # who is on its slot too late was so at that time, not when the limit was over
             return
         self._last_s = frame.t_s
         if self._on_slot_s is None and self.judged_by == "idleness":
@@ -193,9 +207,9 @@ class ZoneMeasure:
         if self.judged_by == "coverage":
             limits, whole_s = self._scenario.limits, self._grid.full_cover_t
             ways_s = self._ways_s or [0.0] * found.n
-            found.covered_s = None if whole_s is None else round(whole_s - self._begin_s, 1)
+            found.covered_s = None if whole_s is None else round(max(0.0, whole_s - self._begin_s), 1)
             found.cover_bound_s = _rounded(
-                cover_bound_s(self._cells.reachable_m2, ways_s, limits.speed_m_s, self._scenario.footprint_radius_m)
+                cover_bound_s(self._left_m2, ways_s, limits.speed_m_s, self._scenario.footprint_radius_m)
             )
         return found
 
@@ -216,7 +230,7 @@ class ZoneMeasure:
             measured_s=0.0 if self._window_s is None else round(self._last_s - self._window_s, 1),
             worst_idleness_s=_rounded(worst),
             avg_idleness_s=_rounded(grid.average_idleness_s),
-            coverage=seen_pct(grid.coverage, 2) / 100,  # the whole is what was seen whole
+            coverage=round(seen_pct(grid.coverage, 2) / 100, 4),  # the whole is what was seen whole
             bound_s=_rounded(bound),
             ratio=_rounded(worst / ideal if ideal else math.nan),
             period_s=_rounded(self._period_s),
