@@ -14,6 +14,7 @@ from tui_gcs.core.protocol.planning import cells_of
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet
 from tui_gcs.planner.survey.lanes import best_passes, path_of, time_s
+from tui_gcs.planner.survey.survey import SurveyPlanner
 
 STAR = Polygon(tuple(
     (150.0 + r * math.cos(a), 150.0 + r * math.sin(a))
@@ -94,3 +95,26 @@ def test_passes_of_any_cells_see_each_of_them(seed: int) -> None:
                 share = np.clip((cells - begin) @ (end - begin) / length**2, 0.0, 1.0)[:, None]
                 unseen &= np.hypot(*(cells - begin - share * (end - begin)).T) > 12.0 + 1e-6
         assert not unseen.any()
+
+
+def test_cells_that_lanes_miss_behind_a_no_fly_zone_are_flown_to_one_by_one() -> None:
+    """A lane from the one to the other leads through the zone, the way round it past both: never seen in 355 s."""
+    tree = Zone("tree", Role.NO_FLY, Circle((150.0, 150.0), 12.0))
+    task = msgspec.structs.replace(survey_task(SHAPES[1], 2, (tree,)), footprint_radius_m=11.0)
+    host = PlannerHost(task.team)
+    host.set_task(task)
+    world = KinematicFleet(task, np.array([[60.0, 150.0], [60.0, 130.0]]), t_s=0.0)
+    host.step(world.frame())
+    planner = host._job.planner  # type: ignore[union-attr]  # it is configured
+    assert isinstance(planner, SurveyPlanner)
+    cells_m = planner._cells_m
+    left = [int(np.hypot(*(cells_m - at).T).argmin()) for at in ((157.8, 145.2), (142.8, 145.2))]
+    planner._state.seen[:] = 1.0
+    planner._state.seen[left] = 0.0
+    planner._state.ways.clear()
+    plan = host.step(world.frame())
+    while plan.metrics["covered_pct"] < 100.0 and world.t_s < 150.0:
+        world.take(plan)
+        world.move(0.2)
+        plan = host.step(world.frame())
+    assert plan.metrics["covered_pct"] == 100.0

@@ -124,10 +124,13 @@ class SurveyPlanner(Planner):
             return True
         if ctx.t_s - state.divided_s < PATIENCE_S:
             return False
-        ended = all(ctx.t_s >= way.begin_s + self._tour(v).period_s / 2.0 for v, way in state.ways.items())
-        if ended:
+        if self._have_ended(ctx.t_s):
             return bool((state.seen == 0.0).any()) and ctx.t_s - state.divided_s > 2.0 * PATIENCE_S
         return any(self._off_m(ctx, v, i) > LOST_TRACK_M for v, i in rows.items())
+
+    def _have_ended(self, t_s: float) -> bool:
+        """Return whether all vehicles have come to the ends of their ways."""
+        return all(t_s >= way.begin_s + self._tour(v).period_s / 2.0 for v, way in self._state.ways.items())
 
     def _off_m(self, ctx: Context, vehicle: int, i: int) -> float:
         place = self._places(vehicle, np.array([ctx.t_s - float(np.nan_to_num(ctx.fleet.age_s[i]))]))[0][0]
@@ -138,10 +141,11 @@ class SurveyPlanner(Planner):
         state, fleet = self._state, ctx.fleet
         if not math.isfinite(state.started_s):
             state.started_s = ctx.t_s
-        state.divided_s, state.ways, self._tours = ctx.t_s, {}, {}
         left = self._cells_m[state.seen == 0.0]
-        parts = best_passes(left, self._cell_m, self._planned_m, len(rows), self._speed_m_s) if len(left) else []
-        paths = [path for part in parts if len(path := path_of(part))]
+        # Lanes over cells behind a no-fly zone lead round it, and may miss them again and again.
+        missed = bool(state.ways) and state.left == len(left) and self._have_ended(ctx.t_s)
+        state.divided_s, state.ways, self._tours, state.left = ctx.t_s, {}, {}, len(left)
+        paths = _single_cells(left, len(rows)) if missed else self._lanes(left, len(rows))
         vehicles = sorted(rows, key=lambda v: tuple(fleet.position_m[rows[v], :2].tolist()))  # ids mean nothing
         stops = {v: self._stop(fleet, rows[v]) for v in vehicles}
         cost = np.array([[_away_m(stops[v][0], path) for path in paths] for v in vehicles]).reshape(len(vehicles), -1)
@@ -154,6 +158,13 @@ class SurveyPlanner(Planner):
             way = self._region.pulled_inside(np.vstack([stop_m, path]), INSIDE_M)
             way = self._region.open_inside(way, PATH_STEP_M * 4.0)
             state.ways[vehicle] = _Way(ctx.t_s + wait_s, way.astype(np.float64))
+
+    def _lanes(self, left_m: Floats, vehicles: int) -> list[Floats]:
+        """Return a path over its share of what is left for each vehicle; fewer where there is little."""
+        if not len(left_m):
+            return []
+        parts = best_passes(left_m, self._cell_m, self._planned_m, vehicles, self._speed_m_s)
+        return [path for part in parts if len(path := path_of(part))]
 
     def _stop(self, fleet: Fleet, i: int) -> tuple[Floats, float]:
         """Return where a vehicle stops if it brakes now, and after how long."""
@@ -218,6 +229,14 @@ class _SurveyState:
     ways: dict[int, _Way] = field(default_factory=dict)
     started_s: float = math.inf
     divided_s: float = -math.inf
+    left: int = -1
+    """How many cells were not seen when they were last divided."""
+
+
+def _single_cells(left_m: Floats, vehicles: int) -> list[Floats]:
+    """Return a path to one cell for each vehicle, from all over what is left: it ends as near to it as can be flown."""
+    chosen = np.unique(np.linspace(0, len(left_m) - 1, min(vehicles, len(left_m))).astype(int))
+    return [left_m[k, None] for k in chosen]
 
 
 def _away_m(place_m: Floats, path_m: Floats) -> float:
