@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 import shapely
@@ -13,7 +14,7 @@ from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Round
 from tui_gcs.planner.patrol.tour import resampled, timed
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.waypoints import parse_paths, strips
+from tui_gcs.planner.waypoints import Waypoints, parse_paths, strips
 
 SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
 SQUARE = "1: 100,100 200,100 200,200 100,200; 2: 300,100 400,100"
@@ -144,3 +145,25 @@ def test_a_path_through_a_no_fly_zone_is_refused() -> None:
     closed = (no_fly(Rectangle((150.0, 100.0), 40.0, 40.0)),)
     task = task_of(zone_of(SMALL), (1,), AREA, closed, planner="waypoints", paths="1: 100,100 200,100 150,102")
     assert "is outside of where it may fly" in host_of(task).step(fleet(1).frame()).error
+
+
+def test_strips_lead_round_a_no_fly_zone() -> None:
+    """They cut straight through it: 110 vetoes in a rehearsal, vehicles that braked at it in each round."""
+    tree = no_fly(Circle((150.0, 150.0), 12.0))
+    task = task_of(zone_of(Rectangle((150.0, 150.0), 120.0, 100.0)), (1, 2), planner="waypoints")
+    task = msgspec.structs.replace(task, no_fly=(tree,))
+    host = host_of(task)
+    planner = host._job.planner  # type: ignore[union-attr]  # it is configured
+    assert isinstance(planner, Waypoints) and len(planner._tours) == 2
+    wall = polygon_of(tree.shape).buffer(task.limits.geofence_margin_m)
+    for tour in planner._tours.values():
+        assert not shapely.LinearRing(tour.xy_m).intersects(wall)
+
+
+@pytest.mark.parametrize(("far_m", "is_refused"), [(200.0, True), (110.0, False)])
+def test_a_drawn_leg_through_a_no_fly_zone_is_refused(far_m: float, is_refused: bool) -> None:
+    """Both of its ends are where vehicles may fly."""
+    tree = no_fly(Circle((150.0, 150.0), 12.0))
+    task = task_of(zone_of(SMALL), (1,), planner="waypoints", paths=f"1: 100,150 {far_m:g},150 {far_m:g},100")
+    plan = host_of(msgspec.structs.replace(task, no_fly=(tree,))).step(fleet(1).frame())
+    assert ("the way from (100, 150) to (200, 150) leaves where it may fly" in plan.error) is is_refused

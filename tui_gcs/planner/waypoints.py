@@ -7,6 +7,7 @@ down as a mission planner's survey would be.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -83,13 +84,27 @@ class Waypoints(Planner):
             )
         self._tours: dict[int, Tour] = {}
         for vehicle, path in drawn.items():
-            inside = self._region.pulled_inside(path)
-            # Only drawn paths are refused. Strips are computed and may be moved inside.
-            if np.hypot(*(inside - path).T).max() > 1.0 and vehicle in paths:
-                x, y = path[int(np.argmax(np.hypot(*(inside - path).T)))]
-                raise ValueError(f"paths: vehicle {vehicle}: ({x:g}, {y:g}) is outside of where it may fly")
+            inside = self._checked(vehicle, path) if vehicle in paths else self._led_round(path)
             self._tours[vehicle] = timed(resampled(inside, PATH_STEP_M), speed_m_s, self._mobility.accel_m_s2)
         self._state = _WaypointsState()
+
+    def _checked(self, vehicle: int, path_m: Floats) -> Floats:
+        """Return a closed path that an operator drew. Raises ValueError where it may not be flown."""
+        inside = self._region.pulled_inside(path_m)
+        moved_m = np.hypot(*(inside - path_m).T)
+        if moved_m.max() > 1.0:
+            x, y = path_m[int(np.argmax(moved_m))]
+            raise ValueError(f"paths: vehicle {vehicle}: ({x:g}, {y:g}) is outside of where it may fly")
+        for here, there in pairwise(np.vstack([inside, inside[:1]])):
+            if not self._region.nearly_clear(here, there):
+                leg = f"({here[0]:g}, {here[1]:g}) to ({there[0]:g}, {there[1]:g})"
+                raise ValueError(f"paths: vehicle {vehicle}: the way from {leg} leaves where it may fly")
+        return inside
+
+    def _led_round(self, path_m: Floats) -> Floats:
+        """Return a closed path that was computed, moved inside and led around no-fly zones."""
+        inside = self._region.pulled_inside(path_m)
+        return self._region.open_inside(np.vstack([inside, inside[:1]]), PATH_STEP_M * 4.0)[:-1]
 
     def step(self, ctx: Context) -> Output:
         """Return trajectories for all active vehicles that have a path; the others hold."""

@@ -87,6 +87,10 @@ class FlyableRegion:
         """Return whether the straight way from a to b stays inside."""
         return bool(self.polygon.covers(shapely.LineString([a_m, b_m])))
 
+    def nearly_clear(self, a_m: Floats, b_m: Floats) -> bool:
+        """Return whether the straight way from a to b stays inside, or at most `EDGE_M` beyond the edge."""
+        return bool(self._edge.covers(shapely.LineString([a_m, b_m])))
+
     def next_leg(self, here_m: Floats, there_m: Floats, onward_m: Floats | None = None) -> tuple[Floats, bool]:
         """Return the next point of the shortest way from here to there, and whether that is a corner on the way.
 
