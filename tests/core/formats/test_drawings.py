@@ -409,3 +409,25 @@ def test_a_round_as_a_fence_for_vehicles() -> None:
     made = json.loads(out.data)["geoFence"]
     assert len(made["polygons"]) + len(made["circles"]) == 1 and made["polygons"][0]["inclusion"] is True
     assert "as a fence" in out.notes[0]
+
+
+def test_holes_of_an_area_become_no_fly_zones() -> None:
+    """They were left out: a lake was searched across its island."""
+    scenario = parse(SCENARIO)
+    frame = LocalFrame(scenario.origin)
+    corners = ((-1.0, -1.0), (1.0, -1.0), (0.0, 1.0))
+    lake, island = (
+        tuple((*frame.to_geodetic(300.0 + x * size_m, 200.0 + y * size_m), None) for x, y in corners)
+        for size_m in (60.0, 10.0)
+    )
+    document = ScenarioDocument(SCENARIO)
+    put = put_drawings(document, scenario, [Drawing("area", "lake", lake, holes=(island, island))], 0, Role.ATTACK)
+    assert (put.text, put.left_out) == ("1 zone added, 2 holes as no-fly zones", ())
+    zones = {zone.name: zone for zone in parse(document.text).rounds[0].zones}
+    assert zones["lake"].role is Role.ATTACK
+    assert [zone.name for zone in zones.values() if zone.role is Role.NO_FLY] == ["lake hole", "lake hole 2"]
+    assert np.allclose(outline_m(zones["lake hole"].shape), [(290.0, 190.0), (310.0, 190.0), (300.0, 210.0)], atol=0.01)
+
+    document = ScenarioDocument(SCENARIO)
+    put = put_drawings(document, scenario, [Drawing("area", "lake", lake, holes=(island,))], 0, Role.NO_FLY)
+    assert put.left_out == ("holes of 1 no-fly area: a no-fly zone has none",)

@@ -102,7 +102,10 @@ class ZoneImport:
     replaced: int = 0
     areas: int = 0
     other_rounds: int = 0
+    closed: int = 0
+    """Holes that became no-fly zones."""
     holes: int = 0
+    """No-fly areas with holes, in which vehicles would be allowed."""
     no_zones: int = 0
 
     @property
@@ -111,7 +114,7 @@ class ZoneImport:
         parts = (
             (self.no_zones, f"{counted(self.no_zones, 'drawing')} that {_are(self.no_zones)} no area"),
             (self.other_rounds, f"{counted(self.other_rounds, 'zone')} of other rounds"),
-            (self.holes, f"holes of {counted(self.holes, 'area')}: a zone has none"),
+            (self.holes, f"holes of {counted(self.holes, 'no-fly area')}: a no-fly zone has none"),
         )
         return tuple(text for count, text in parts if count)
 
@@ -121,6 +124,7 @@ class ZoneImport:
         parts = ((self.added, "added"), (self.replaced, "replaced"))
         done = [f"{counted(count, 'zone')} {word}" for count, word in parts if count]
         done += [f"{counted(self.areas, 'operating area')} replaced"] * bool(self.areas)
+        done += [f"{counted(self.closed, 'hole')} as no-fly zone{'s' * (self.closed > 1)}"] * bool(self.closed)
         return ", ".join(done) or "no area is in it"
 
 
@@ -140,7 +144,7 @@ def put_drawings(
     """Add the areas of a file to a scenario as zones with their own role, else `role`. Raises ScenarioError.
 
     A file of ours names the round of each area, and zones of the same name are replaced; other areas are added to round
-    `index`. With `only`, zones of other rounds are left out.
+    `index`. With `only`, zones of other rounds are left out. A hole becomes a no-fly zone.
     """
     put = ZoneImport()
     frame = LocalFrame(scenario.origin)
@@ -160,8 +164,8 @@ def put_drawings(
             band = (area.alt_min_m if low is None else low, area.alt_max_m if high is None else high)
             document.set_area(at, OperatingArea(_shape(drawing, frame), *band))
             put.areas += 1
+            _close_holes(document, at, drawing, "area", frame, used[at], put)
         else:
-            put.holes += bool(drawing.holes)
             # A file of another program may have any name: only our own zones are replaced.
             is_ours = drawing.facts.get(PART) == ZONE and named in names and drawing.name in used[at]
             name = drawing.name if is_ours else _free_name(drawing.name or ZONE, used[at])
@@ -171,10 +175,33 @@ def put_drawings(
             else:
                 document.add_zone(at, zone)
             used[at].add(name)
-            if len(used[at]) > MAX_ZONES:
-                raise ScenarioError([f"{names[at]}: more than {MAX_ZONES} zones"])
+            if zone.role is Role.NO_FLY:
+                put.holes += bool(drawing.holes)
+            else:
+                _close_holes(document, at, drawing, name, frame, used[at], put)
             put.replaced, put.added = put.replaced + is_ours, put.added + (not is_ours)
+        if len(used[at]) > MAX_ZONES:
+            raise ScenarioError([f"{names[at]}: more than {MAX_ZONES} zones"])
     return put
+
+
+def _close_holes(
+    document: ScenarioDocument,
+    at: int,
+    drawing: Drawing,
+    name: str,
+    frame: LocalFrame,
+    used: set[str],
+    put: ZoneImport,
+) -> None:
+    """Add a no-fly zone for each hole of an area, as it is at every height."""
+    for hole in drawing.holes:
+        hole_name = _free_name(f"{name[: MAX_NAME - 9]} hole", used)
+        if len(hole) > MAX_VERTICES:
+            raise ScenarioError([f"a hole of {len(hole)} corners: a zone has {MAX_VERTICES} at most"])
+        document.add_zone(at, Zone(hole_name, Role.NO_FLY, Polygon(tuple(_metres(frame, place) for place in hole))))
+        used.add(hole_name)
+        put.closed += 1
 
 
 def needs_role(drawn: Sequence[Drawing]) -> bool:
