@@ -51,7 +51,7 @@ from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks,
 from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.core.scenario.model import Scenario
 
-PROTOCOL = 36
+PROTOCOL = 37
 """Version of everything that is declared in `core/protocol`; consoles and workers send it first (`Hello`)."""
 
 
