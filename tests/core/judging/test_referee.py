@@ -268,12 +268,19 @@ def test_on_slot_begins_the_measuring(referee: Referee) -> None:
     assert result.ideal_s == pytest.approx(math.pi * 80**2 / (2 * 8 * 30), rel=0.01)
 
 
-def sweep(referee: Referee, begin_s: int, slot_error_m: tuple[float, float], lag_s: tuple[float, float]) -> None:
+def sweep(
+    referee: Referee,
+    begin_s: int,
+    slot_error_m: tuple[float, float],
+    lag_s: tuple[float, float],
+    velocity_m_s: Vec3 = (0.0, 0.0, 0.0),
+) -> None:
     """Over the whole zone in 144 s, a place a second."""
     xy = [(x, y) for x in range(70, 240, 15) for y in range(120, 290, 15)]
     for t, (x, y) in enumerate(xy, begin_s):
         places = [(float(x), float(y), 27.0), FAR]
-        referee.on_frame(frame(float(t), places, slot_error_m=slot_error_m, lag_s=lag_s))
+        at = frame(float(t), places, slot_error_m=slot_error_m, lag_s=lag_s)
+        referee.on_frame(msgspec.structs.replace(at, velocity_m_s=(velocity_m_s, velocity_m_s)))
 
 
 def test_slots_are_judged_after_the_warm_up(referee: Referee) -> None:
@@ -287,6 +294,21 @@ def test_slots_are_judged_after_the_warm_up(referee: Referee) -> None:
     assert (result.off_slot_p95_m, result.off_slot_max_m, result.lag_max_s) == (1.5, 1.5, 0.1)
     assert result.worst_idleness_s == 127.6 and result.avg_idleness_s is not None
     assert 127.6 / 3 < result.avg_idleness_s < 127.6 / 2, "cells are seen one after the other"
+
+
+def test_vehicles_that_hover_are_neither_early_nor_late(referee: Referee) -> None:
+    """Fourteen that watched a zone of 160 m2 from their places, all of it all the time, failed without a figure."""
+    referee.on_status(status(2))
+    sweep(referee, 0, (0.2, 0.3), (math.nan, math.nan))
+    assert not [c.name for c in referee.result().checks if "early or late" in c.name]
+    assert check(referee, "home: off slot, m").ok
+
+
+def test_vehicles_that_fly_and_tell_too_seldom_where_they_are_fail(referee: Referee) -> None:
+    referee.on_status(status(2))
+    sweep(referee, 0, (0.2, 0.3), (math.nan, math.nan), velocity_m_s=(3.0, 4.0, 0.0))
+    late = check(referee, "home: early or late, s")
+    assert (late.ok, late.value) == (False, None)
 
 
 def test_what_95_of_100_distances_from_a_slot_keep_is_told_beside_the_largest(referee: Referee) -> None:

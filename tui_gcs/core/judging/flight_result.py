@@ -37,6 +37,8 @@ class RoundResult(msgspec.Struct):
     off_slot_max_m: float | None = None
     lag_max_s: float | None = None
     """The earliest or latest of all vehicles, smoothed over two seconds."""
+    stands: bool = False
+    """Whether vehicles hover over the zone or are so slow that none can be told to be early or late."""
     cut_short: bool = False
     """The team lost a vehicle before this was measured: it is not judged, and what follows is measured anew."""
     reserve: int = 0

@@ -21,6 +21,7 @@ def idleness_checks(where: str, r: RoundResult, limits: ResultLimits, why: str) 
     # A planner without slots publishes no place to be at: no intent said where to be when.
     if r.off_slot_max_m is not None or not r.measured_s:
         checks.append(at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
+    if (r.off_slot_max_m is not None and not r.stands) or not r.measured_s:
         checks.append(at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))
     return checks
 

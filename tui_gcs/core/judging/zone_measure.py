@@ -11,16 +11,15 @@ Slots are kept when in the measured time no vehicle is far from where its plan h
 
 import copy
 import math
-from collections import Counter
 from collections.abc import Sequence
 
-import numpy as np
 import shapely
 
 from tui_gcs.core.geometry.idleness_bounds import Sweep
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, PositionInterpolator
 from tui_gcs.core.geometry.zones import Zone, polygon_of
 from tui_gcs.core.judging.flight_result import RoundResult
+from tui_gcs.core.judging.slot_keeping import SlotKeeping
 from tui_gcs.core.protocol.common import FleetFrame, Phase, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.protocol.planning import JudgedBy
@@ -72,10 +71,7 @@ class ZoneMeasure:
         self._wanted = self._most_on_slot = 0
         self._ways_s: list[float] = []
         """Where coverage is judged: the vehicles' ways to the zone, when the round began."""
-        # Lists of all distances and lags were 30 MB a round with 250 vehicles.
-        self._off_slot_cm: Counter[int] = Counter()
-        """How often a vehicle was so many centimetres off its slot."""
-        self._off_slot_max_m = self._lag_max_s = math.nan
+        self._slots = SlotKeeping()
 
     def carry_on(self, before: "ZoneMeasure") -> None:
         """Go on from the measure before this one, which ended with a loss or a hold: what was seen once stays seen.
@@ -150,11 +146,7 @@ class ZoneMeasure:
         for t_s, xy_m in self._fill.take(frame.t_s, {r.id: r.position_m[:2] for r in flying}):
             self._grid.update(t_s, xy_m)
         if self._window_s is not None:
-            off_slot_m = [r.slot_error_m for r in flying if math.isfinite(r.slot_error_m)]
-            self._off_slot_cm.update(round(100.0 * off_m) for off_m in off_slot_m)
-            self._off_slot_max_m = float(np.fmax(self._off_slot_max_m, max(off_slot_m, default=math.nan)))
-            lag_s = max((abs(r.lag_s) for r in flying if math.isfinite(r.lag_s)), default=math.nan)
-            self._lag_max_s = float(np.fmax(self._lag_max_s, lag_s))
+            self._slots.take(flying)
         if self._window_s is None and self._warmed_up(frame.t_s):
             self._window_s = frame.t_s
             self._grid.begin_window(frame.t_s, self._begin_s if self._on_slot_s is None else self._on_slot_s)
@@ -234,9 +226,10 @@ class ZoneMeasure:
             bound_s=_rounded(bound),
             ratio=_rounded(worst / ideal if ideal else math.nan),
             period_s=_rounded(self._period_s),
-            off_slot_p95_m=_rounded(self._off_slot_p95_m()),
-            off_slot_max_m=_rounded(self._off_slot_max_m),
-            lag_max_s=_rounded(self._lag_max_s),
+            off_slot_p95_m=_rounded(self._slots.off_p95_m),
+            off_slot_max_m=_rounded(self._slots.off_max_m),
+            lag_max_s=_rounded(self._slots.lag_max_s),
+            stands=self._slots.stands,
             cut_short=self.cut_short,
             reserve=self._reserve,
             p99_idleness_s=_rounded(grid.p99_idleness_s),
@@ -246,15 +239,6 @@ class ZoneMeasure:
             unseen_s=_rounded(unseen_s),
             unreachable=self._cells.unreachable,
         )
-
-    def _off_slot_p95_m(self) -> float:
-        """The distance from their slots that vehicles kept for 95 % of the time, in whole centimetres; NaN if none."""
-        seen, wanted = 0, 0.95 * self._off_slot_cm.total()
-        for off_cm, count in sorted(self._off_slot_cm.items()):
-            seen += count
-            if seen >= wanted:
-                return off_cm / 100.0
-        return math.nan
 
 
 def cover_bound_s(area_m2: float, ways_s: Sequence[float], speed_m_s: float, footprint_radius_m: float) -> float:

@@ -24,7 +24,16 @@ from tui_gcs.planner.patrol.tour import resampled
 from tui_gcs.planner.patrol.tour_construction import lattice_tour
 from tui_gcs.planner.patrol.tour_detours import with_detours
 from tui_gcs.planner.patrol.tour_seeds import seeds
-from tui_gcs.planner.patrol.tour_site import FAR_LONGER, FINER, LOOP_M, TourDesign, TourFinishing, TourSite, site_of
+from tui_gcs.planner.patrol.tour_site import (
+    CRAWLING_M_S,
+    FAR_LONGER,
+    FINER,
+    LOOP_M,
+    TourDesign,
+    TourFinishing,
+    TourSite,
+    site_of,
+)
 from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits, draft_of
 
 Floats = NDArray[np.floating[Any]]
@@ -57,6 +66,8 @@ LARGE_LANE_TRIES, MAX_BENT_CELLS = 3, 40_000
 LOOP_STEP_M, LOOP_STEPS = 2.0, 50
 """Spacing of the places that are tried for a loop over a small zone whose middle is closed; wider where there would be
 more than so many on each side of it."""
+LOOP_AT_MOST_S = 2.0 * math.pi * 1.5 * LOOP_M / CRAWLING_M_S
+"""A loop that takes longer is squeezed between walls and given up: to slow it down for the guard took 2.3 s of CPU."""
 ROOM_M = 1.5 * LOOP_M
 """What must be open around the middle of a loop: it is flown at 3 m/s, and a vehicle must be able to brake."""
 DETOURS_M = (0.5, 1.0, 2.0)
@@ -168,10 +179,13 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     centre = site.cells.mean(axis=0)
     # A zone that one footprint nearly covers needs no lanes: vehicles circle over its middle.
     if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
-        search.best = site.judged(_loop(site, _middle_of_loop(site, centre)), n)
-        _add_detours(search, site, [])  # where the middle is closed the loop lies beside it, and may miss a corner
-        if not search.best.crawls:
-            return search
+        loop = _loop(site, _middle_of_loop(site, centre))
+        tour = site.timed(loop, LOOP_AT_MOST_S)
+        if tour.period_s <= LOOP_AT_MOST_S:
+            search.best = site.evaluated(loop, tour, n)
+            _add_detours(search, site, [])  # where the middle is closed the loop lies beside it, and may miss a corner
+            if not search.best.crawls:
+                return search
     return _searched(search, site)
 
 

@@ -180,9 +180,11 @@ class TourSite:
         cap_m_s = _stopping_cap(path, motion, self.region)
         tour = timed(path, motion.speed_m_s, motion.accel_m_s2, cap_m_s)
         for _ in range(SLOWER_ROUNDS):
+            if tour.period_s > at_most_s:
+                break
             sent_m_s2 = tour.sent_accels_m_s2(motion.sent_step_s)
             share = self.region.sendable_share(tour.xy_m, tour.velocity_m_s, sent_m_s2, motion.accel_m_s2)
-            if (share == 1.0).all() or tour.period_s > at_most_s:
+            if (share == 1.0).all():
                 break
             cap_m_s = np.minimum(cap_m_s, _slower_cap(path, tour, share))
             tour = timed(path, motion.speed_m_s, motion.accel_m_s2, cap_m_s)
