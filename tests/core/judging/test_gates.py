@@ -80,7 +80,7 @@ def test_what_a_survey_saw_before_a_loss_stays_seen() -> None:
     assert second.cover_bound_s is not None
     alone_s = (math.pi * 80.0**2 * (1.0 - first.coverage) - math.pi * 15.0**2) / (2 * 15.0 * 8.0)
     assert second.cover_bound_s == pytest.approx(alone_s, abs=0.2), "of what was left, by the one that was left"
-    assert all(check.name.startswith("round 1 -2") for check in checks_of_round(judge))
+    assert all(check.name.startswith("round 1 (2 lost)") for check in checks_of_round(judge))
 
 
 def test_a_survey_is_judged_by_the_time_until_all_was_seen() -> None:

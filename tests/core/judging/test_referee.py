@@ -224,8 +224,8 @@ def test_who_is_lost_and_found_begins_the_measuring_of_its_team_anew(referee: Re
     referee.find(1, 12.0)
     assert [(row.round, row.cut_short) for row in referee.result().rounds] == [
         ("round 1", True),
-        ("round 1 -1", True),
-        ("round 1 -1 +1", False),
+        ("round 1 (1 lost)", True),
+        ("round 1 (1 lost) (1 back)", False),
     ]
 
 

@@ -52,12 +52,12 @@ class Referee:
     def lose(self, vehicle: int, t_s: float) -> None:
         """Measure its team anew without a vehicle that is lost on purpose."""
         self.lost.add(vehicle)
-        self._begin_anew(vehicle, t_s, f" -{vehicle}")
+        self._begin_anew(vehicle, t_s, f" ({vehicle} lost)")
 
     def find(self, vehicle: int, t_s: float) -> None:
         """Measure its team anew with a vehicle that is back."""
         self.lost.discard(vehicle)
-        self._begin_anew(vehicle, t_s, f" +{vehicle}")
+        self._begin_anew(vehicle, t_s, f" ({vehicle} back)")
 
     def begin_again(self, t_s: float) -> None:
         """Measure every team anew after a hold."""
@@ -65,7 +65,7 @@ class Referee:
             present = self._present.get(team.name)
             if present is not None:
                 present.cut_short = not present.done
-                self._begin(team, t_s, f"{present.part} again")
+                self._begin(team, t_s, f"{present.part} (after a hold)")
 
     def _begin_anew(self, vehicle: int, t_s: float, part: str) -> None:
         team = next((t for t in self._scenario.teams if vehicle in self._members.get(t.name, ())), None)
