@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import textwrap
 from pathlib import Path
 
 import msgspec
@@ -13,6 +14,8 @@ from tui_gcs.core.judging.flight_result import FlightResult, RoundResult
 from tui_gcs.core.protocol.metric_names import seen_pct
 
 NAME_WIDTH = 9
+WHY_CHARS = 300
+"""A longer reason of a check is cut in the table; files have it whole."""
 
 
 def show(arguments: argparse.Namespace, result: FlightResult, problem: str) -> None:
@@ -67,7 +70,8 @@ def table(result: FlightResult) -> str:
         mark = "ok  " if check.ok else "FAIL"
         lines.append(f"{mark} {check.name:<52.52}{_number(check.value):>10}{_number(check.limit):>10}")
         if check.why and check.why != last_why:
-            lines.append(f"     -- {check.why}"[:80])
+            why = clean(check.why, WHY_CHARS)
+            lines += textwrap.wrap(why, 80, initial_indent="     -- ", subsequent_indent=" " * 8)
             last_why = check.why
     lines += ["", _held(result), *filter(None, [result.incomplete]), ""]
     return "\n".join(lines)

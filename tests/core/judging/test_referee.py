@@ -14,8 +14,10 @@ from tui_gcs.core.judging.team_checks import idleness_checks
 from tui_gcs.core.judging.zone_measure import ZoneMeasure
 from tui_gcs.core.protocol.common import (
     NOWHERE,
+    EventClass,
     FleetFrame,
     Freshness,
+    JournalEvent,
     Phase,
     PlannerInfo,
     RunPhase,
@@ -351,6 +353,31 @@ def test_how_well_slots_are_kept_is_the_scenarios_to_say() -> None:
 def test_vetoes_say_for_which_reasons_the_commonest_first(referee: Referee) -> None:
     referee.on_status(status(0, vetoes={"too close": 2, "outside": 40}))
     assert check(referee, "guard vetoes") == ResultCheck("guard vetoes", False, 42.0, 0.0, "outside: 40, too close: 2")
+
+
+def planner_event(text: str, severity: int) -> JournalEvent:
+    return JournalEvent(1, 0.0, 0.0, EventClass.PLANNER, severity, "planner defend", text)
+
+
+def test_the_first_fault_and_the_first_veto_are_told_with_what_the_station_reported(referee: Referee) -> None:
+    referee.on_event(planner_event("a note of the planner", 4))
+    referee.on_event(planner_event("vehicle 1: goto without a finite position", 4))
+    referee.on_status(status(0, vetoes={"kind": 2}))
+    referee.on_event(planner_event("planner mine failed: KeyError: 'wind'; it is begun anew", 1))
+    referee.on_status(status(0, {"planner": 1}, vetoes={"kind": 9}))
+    referee.on_event(planner_event("planner mine failed: ValueError; it is stopped", 1))
+    referee.on_status(status(0, {"planner": 2}, vetoes={"kind": 9}))
+    assert check(referee, "guard vetoes").why == "kind: 9; vehicle 1: goto without a finite position"
+    assert check(referee, "planner faults").why == "planner mine failed: KeyError: 'wind'; it is begun anew"
+    shown = table(referee.result())
+    assert "     -- planner mine failed: KeyError: 'wind'; it is begun anew\n" in shown
+    assert max(map(len, shown.splitlines())) <= 80
+
+
+def test_without_faults_and_vetoes_nothing_is_told_of_them(referee: Referee) -> None:
+    referee.on_event(planner_event("planner worker has come", 4))
+    referee.on_status(status(2))
+    assert {check(referee, name).why for name in ("guard vetoes", "planner faults")} == {""}
 
 
 # ---------------------------------------------------------------- why there is no value

@@ -130,19 +130,18 @@ def shipped(subject: CheckedPlanner) -> Iterator[Finding]:
     if watched.script.problem:
         yield failed(watched.script.problem, f"the station reported: {watched.reported() or 'nothing of the planner'}")
     for check in result.checks:
-        yield _judged(check, watched.reported())
+        yield _judged(check)
     whys = [measure.why_not_measured() for measure in watched.script.referee.measures]
     yield from _idleness(result, whys)
 
 
-def _judged(check: ResultCheck, reported: str) -> Finding:
+def _judged(check: ResultCheck) -> Finding:
     value = "--" if check.value is None else f"{check.value:g}"
     limit = "--" if check.limit is None else f"{check.limit:g}"
     text = f"{check.name}: {value} (limit {limit})"
     if check.ok:
         return passed(text)
-    advice = ADVICE.get(check.name, "")
-    return failed(text, ": ".join(filter(None, (advice or check.why or GATE_ADVICE, reported if advice else ""))))
+    return failed(text, ": ".join(filter(None, (ADVICE.get(check.name, ""), check.why))) or GATE_ADVICE)
 
 
 def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:

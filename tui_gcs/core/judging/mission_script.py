@@ -108,6 +108,7 @@ class Script:
         self._held_s = math.nan
         bus.subscribe(keys.FLEET, lambda _, data: self.on_frame(decode(data, FleetFrame)))
         bus.subscribe(keys.STATUS, lambda _, data: self.on_status(decode(data, StationStatus)))
+        bus.subscribe(keys.EVENT, lambda _, data: self.referee.on_event(decode(data, m.JournalEvent)))
 
     @property
     def done(self) -> bool:

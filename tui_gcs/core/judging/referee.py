@@ -15,8 +15,11 @@ from tui_gcs.core.judging.metric_log import MetricLog, gate_problems
 from tui_gcs.core.judging.result_check import ResultCheck, at_least, at_most
 from tui_gcs.core.judging.team_checks import coverage_checks, idleness_checks, intruder_checks, task_checks
 from tui_gcs.core.judging.zone_measure import ZoneMeasure
-from tui_gcs.core.protocol.common import FleetFrame, PlannerInfo, RunPhase, StationStatus
+from tui_gcs.core.protocol.common import EventClass, FleetFrame, JournalEvent, PlannerInfo, RunPhase, StationStatus
 from tui_gcs.core.scenario.model import Round, Scenario, Team
+
+ALERT, WARNING = 1, 4
+"""MAVLink severities of events: the station reports faults of planners as alerts, and vetoes as warnings."""
 
 
 class Referee:
@@ -36,6 +39,8 @@ class Referee:
         self.started: tuple[int, ...] = ()
         self.lost: set[int] = set()
         """Leave these vehicles out of what is expected: losing them is part of the flight."""
+        self._latest = {ALERT: "", WARNING: ""}
+        self._why_faults = self._why_vetoes = ""
         self._present: dict[str, ZoneMeasure] = {}
         self._members: dict[str, tuple[int, ...]] = {}
         self._last: FleetFrame | None = None
@@ -96,6 +101,11 @@ class Referee:
     def on_status(self, status: StationStatus) -> None:
         """Take faults, vetoes, and the teams' slots from a station status."""
         self._status = status
+        # The event of the first fault or veto has just been reported: faults and vetoes themselves are only counted.
+        if status.faults.get("planner") and not self._why_faults:
+            self._why_faults = self._latest[ALERT]
+        if any(status.vetoes.values()) and not self._why_vetoes:
+            self._why_vetoes = self._latest[WARNING]
         by_name = {team.name: team for team in status.teams}
         self._members = {team.name: team.members for team in status.teams}
         for measure in self.present():
@@ -106,6 +116,11 @@ class Referee:
             measured = {name: measure for name, measure in self._present.items() if not measure.done}
             rounds = {name: self._area.name + measure.part for name, measure in measured.items()}
             self.metrics.on_status(status, rounds)
+
+    def on_event(self, event: JournalEvent) -> None:
+        """Take what the station reports of planners, which explains faults and vetoes."""
+        if event.cls is EventClass.PLANNER and event.severity in self._latest:
+            self._latest[event.severity] = event.text
 
     def on_frame(self, frame: FleetFrame) -> None:
         """Take positions and phases of all vehicles of teams from a fleet frame."""
@@ -220,16 +235,27 @@ class Referee:
             *self._flight.landing_checks(kept, limits.landing_error_max_m),
             at_most("unanswered commands", float(faults.get("unanswered commands", 0)), 0.0),
             at_most("planner intents refused on slot", float(faults.get("refused on slot", 0)), 0.0),
-            _no_vetoes(vetoes),
-            at_most("planner faults", float(faults.get("planner", 0)), 0.0),
+            _no_vetoes(vetoes, self._why_vetoes),
+            _no_faults(float(faults.get("planner", 0)), self._why_faults),
             at_most("link faults", float(faults.get("link", 0)), 0.0),
         ]
         return checks
 
 
-def _no_vetoes(vetoes: dict[str, int]) -> ResultCheck:
-    """The check that the guard vetoed nothing; `vetoes` counts by reason, the most frequent comes first."""
+def _no_vetoes(vetoes: dict[str, int], reported: str) -> ResultCheck:
+    """The check that the guard vetoed nothing.
+
+    `vetoes` counts by reason, the most frequent comes first. `reported` is what the station reported of the first one.
+    """
     check = at_most("guard vetoes", float(sum(vetoes.values())), 0.0)
     commonest_first = sorted(vetoes.items(), key=lambda reason: (-reason[1], reason[0]))
-    check.why = ", ".join(f"{code}: {count}" for code, count in commonest_first if count)
+    counts = ", ".join(f"{code}: {count}" for code, count in commonest_first if count)
+    check.why = "; ".join(filter(None, (counts, reported if counts else "")))
+    return check
+
+
+def _no_faults(count: float, reported: str) -> ResultCheck:
+    """The check that no planner failed; `reported` is what the station reported of the first failure."""
+    check = at_most("planner faults", count, 0.0)
+    check.why = reported if count else ""
     return check

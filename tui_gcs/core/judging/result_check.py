@@ -13,7 +13,7 @@ class ResultCheck(msgspec.Struct):
     value: float | None
     limit: float | None
     why: str = ""
-    """Why there is no value; of guard vetoes: how many for which reason."""
+    """Why there is no value; of planner faults and guard vetoes: what was reported of the first one."""
 
 
 def at_most(name: str, value: float | None, limit: float, why: str = "") -> ResultCheck:
