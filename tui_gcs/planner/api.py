@@ -32,7 +32,7 @@ guard does not know. Both come from the scenario (`[[class]]`, `[[round.density]
 `ctx.cost_pct(intent)` what an intent takes: by what a `[[class]]` says about capacity and power, corrected in flight by
 what was used; without it by the use alone.
 `cells_of(task)` are the cells of the zone that can be seen; coverage and idleness count these and no others. Their
-`ideal_s(*sweep_of_task(task, n))` and `bound_s(...)` are those of n vehicles of the team.
+`centres_m()` are places (k, 2); `ideal_s(*sweep_of_task(task, n))` and `bound_s(...)` are those of n vehicles.
 
 **Units and frames.** Positions are ENU metres about the scenario's origin: x east, y north, z above the vehicles'
 homes. Speeds are m/s over ground. Times are seconds of the station's clock, of which only differences mean something.
@@ -91,10 +91,11 @@ vehicles of `ctx.fleet` with a finite position, lost and held ones too (wanted v
 ones. Keep farther from lost vehicles: for the guard one may be anywhere that it can have reached since.
 
 **Time.** A step may take `ctx.deadline_s`. After three steps in a row longer than the period, or 2 s without a plan,
-the vehicles hold, the operator is notified, and the process is killed and started again. So divide long work into
-`iterations`: declare `iterations_per_s`, do `ctx.iterations` of them in each step (granted by mission time, the same in
-a rehearsal as in flight; fewer in flight while the computer is so busy that steps come late), and adopt their results
-at the beginning of a step.
+the vehicles hold, the operator is notified, and the process is killed and started again. A rehearsal waits for every
+step; there three in a row that take more than 2 s of CPU time are a failure. So divide long work into `iterations`:
+declare `iterations_per_s`, do `ctx.iterations` of them in each step (granted by mission time, the same in a rehearsal
+as in flight; fewer in flight while the computer is so busy that steps come late), and adopt their results at the
+beginning of a step.
 
 **Failure.** When a step raises, its traceback is shown and the planner is restarted once from its last snapshot. After
 the second time it stays stopped until the operator changes something, and its vehicles hold. `snapshot` is called every
@@ -115,10 +116,11 @@ of a tour, the measurement waits until each of n vehicles has flown 2 n-ths of i
 before the zone), "tasks" (points of interest are visited), or nothing ("metrics"). `metrics` declares numbers of
 `Output.metrics` by which it is judged, too:
 
-    metrics = (Metric("reward", "points", better="higher", gate=10.0, help="of all visits"),)
+    metrics = (Metric("reward", "points", better="higher", gate=10.0, of="last", help="of all visits"),)
 
-A scenario may set other gates: `[results.metrics]` with `reward_min = 20.0`, or `reward_max`. A gate whose metric is
-never published, or is NaN, fails. All metrics are kept over time in results, reports and the journal.
+`of` says which value of a round is compared with the gate: its "last", its "worst" or its "mean". A scenario may set
+other gates: `[results.metrics]` with `reward_min = 20.0`, or `reward_max`. A gate whose metric is never published, or
+is NaN, fails. All metrics are kept over time in results, reports and the journal.
 
 **Points of interest** (`ctx.points`) are tasks from outside: places with a priority and perhaps a deadline. They come
 and go while the planner flies. One is done when a vehicle of the team has had it within its footprint.

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from hashlib import sha256
+from multiprocessing import Pipe
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,9 @@ from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tui_gcs.core.protocol.bus import PREVIEW, PREVIEW_TASK, MemoryBus
 from tui_gcs.core.protocol.common import Annotation, PreviewResult, PreviewTask, TeamPlan, decode, encode
 from tui_gcs.core.protocol.plan_limits import MAX_POINTS, shown
+from tui_gcs.planner.runtime import host as host_module
+from tui_gcs.planner.runtime import planner_subprocess
+from tui_gcs.planner.runtime.background_host import BackgroundHost
 from tui_gcs.planner.runtime.bus_adapter import attach
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -162,3 +166,41 @@ except MemoryError:
 def test_a_worker_gets_no_more_than_half_of_the_memory() -> None:
     done = subprocess.run([sys.executable, "-c", GREEDY], capture_output=True, text=True, check=True)
     assert done.stdout == "refused\n"
+
+
+@pytest.mark.parametrize(
+    ("background", "fates"), [(0.0, ["", "", "restarts", "", "", "quarantined"]), (10.0, ["", "", "", "", "", ""])]
+)
+def test_three_steps_in_a_row_that_no_flight_would_wait_for_are_a_failure_in_a_rehearsal_too(
+    background: float, fates: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Background work is granted whole in a rehearsal, and less in a flight: it is no reason to fail.
+    monkeypatch.setattr(host_module, "MAX_STEP_CPU_S", 0.0)
+    plans = plans_of(source(extra=f"iterations_per_s = {background}"), tmp_path)
+    assert [plan.fate for plan in plans[:6]] == fates
+    if not background:
+        assert "3 steps in a row took more than 0 s of CPU time" in plans[2].error
+        assert not plans[2].intents and plans[3].intents, "begun anew, it has three steps again"
+
+
+HANGS = {
+    "a task": source(extra="def __init__(self):\n        while True: pass"),
+    "a step": source(body="while True: pass"),
+}
+
+
+@pytest.mark.parametrize("text", HANGS.values(), ids=HANGS.keys())
+def test_a_planner_that_hangs_does_not_hang_its_rehearsal(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(planner_subprocess, "CALL_CPU_LIMIT_S", 0.2)
+    path = tmp_path / "mine.py"
+    path.write_text(text)
+    host = BackgroundHost("red", {"mine": PlannerFile("mine", path, sha256(text.encode()).hexdigest())})
+    here, there = Pipe()
+    here.send_bytes(b"task" + encode(task_of(zone_of(SMALL), planner="mine")))
+    here.send_bytes(b"step" + encode(fleet(4).frame()))
+    here.close()
+    planner_subprocess.serve(host, there)  # until the other end is closed
+    problem = host.problem or host.failure
+    assert "more than 0.2 s of CPU time at once" in problem and "while True: pass" in problem

@@ -29,7 +29,7 @@ def cpu_limit(limit_s: float) -> Iterator[None]:
 
     def end(_signal: int, _frame: FrameType | None) -> None:
         if armed:
-            raise CpuLimitExceeded(f"more than {limit_s:g} s of CPU time in one step")
+            raise CpuLimitExceeded(f"more than {limit_s:g} s of CPU time at once")
 
     before = signal.signal(signal.SIGVTALRM, end)
     signal.setitimer(signal.ITIMER_VIRTUAL, limit_s, AGAIN_S)

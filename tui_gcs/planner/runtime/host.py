@@ -44,6 +44,12 @@ EARLY_S = 0.02
 """A step may come this much before its time, so that 10 Hz frames give 5 Hz steps in spite of jitter."""
 SNAPSHOT_S = 2.0
 """Seconds between two snapshots of a planner."""
+MAX_STEP_CPU_S, LONG_IN_A_ROW = 2.0, 3
+"""So many steps in a row that each took more CPU time are a failure, also in a rehearsal, which waits for every step.
+
+In flight the vehicles hold after 2 s without a plan, and the worker is ended (`planner_monitor.SILENT_S`). Planners
+with background work are left out: a rehearsal grants all of it, and a flight on a slow computer less.
+"""
 MAX_GRANTED_S = 1.0
 """Iterations of at most this much mission time are granted at once, however many frames were dropped."""
 MAX_TRACE_CHARS, MAX_NOTE_CHARS = 4000, 400
@@ -69,6 +75,8 @@ class PlannerRun:
     changes: TeamChangeDetector = field(default_factory=TeamChangeDetector)
     credit: float = 0.0
     """Fraction of an iteration that is not granted yet, less than one."""
+    long_steps: int = 0
+    """The latest steps in a row that each took more than `MAX_STEP_CPU_S`."""
     stepped_s: float = math.nan
     snapshot: bytes = b""
     snapshot_s: float = -math.inf
@@ -313,7 +321,22 @@ class PlannerHost:
             if cpu_s > SLOW_SHARE * period_s:  # it would be as slow on a computer that does nothing else
                 why = f"its steps take {took_s * 1e3:.0f} ms of {period_s * 1e3:.0f}"
             job.notes.append(f"{why}: its vehicles fly on, no better plan is searched meanwhile")
+        if not plan.error:
+            plan = self._judged_by_cpu(job, plan, cpu_s)
         return msgspec.structs.replace(plan, step_ms=took_s * 1e3)
+
+    def _judged_by_cpu(self, job: PlannerRun, plan: TeamPlan, cpu_s: float) -> TeamPlan:
+        """Return the plan of a step that took so much CPU time, or a failure after too many long steps in a row."""
+        planner = job.planner
+        is_long = cpu_s > MAX_STEP_CPU_S and planner is not None and not planner.iterations_per_s
+        job.long_steps = job.long_steps + 1 if is_long else 0
+        if job.long_steps < LONG_IN_A_ROW:
+            return plan
+        text = (
+            f"planner {job.task.planner!r}: {LONG_IN_A_ROW} steps in a row took more than {MAX_STEP_CPU_S:g} s of CPU "
+            f"time, the last one {cpu_s:.1f} s: in flight its vehicles hold"
+        )
+        return self._failed(job, msgspec.structs.replace(plan, intents=(), annotations=None, metrics={}), text)
 
     def _blank(self, job: PlannerRun, frame: AnyFrame) -> TeamPlan:
         self._seq += 1

@@ -2,7 +2,7 @@
 
 Plans are the same as those of hosts in the run's own process, and come at the same time of the flight: the run waits
 for a step, but not for background work until the next step. A worker's watch over late and silent planners is absent,
-for there is no station clock and no bus. There are no previews.
+for there is no station clock and no bus; `CALL_CPU_LIMIT_S` ends a call that would never return. There are no previews.
 """
 
 import argparse
@@ -23,11 +23,18 @@ import msgspec
 from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, Bus
 from tui_gcs.core.protocol.common import Message, PlannerFrame, PlannerTask, decode, encode
 from tui_gcs.planner.runtime.background_host import BackgroundHost
+from tui_gcs.planner.runtime.cpu_limit import cpu_limit
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.worker import ends_with
 
 SWITCH_S = 0.0005
 """Interval of thread switches: background work must give way soon to a step, which the run waits for."""
+
+CALL_CPU_LIMIT_S = 60.0
+"""A planner that takes more CPU time for one task or step hangs: the call is ended, which is a failure of the planner.
+
+The station gives 20 s for a task and 2 s for a step. Background work of other threads counts here, too.
+"""
 
 
 class PlannerProcessError(Exception):
@@ -162,13 +169,15 @@ def serve(host: BackgroundHost, pipe: Connection) -> None:
             return
         what, payload = data[:4], data[4:]
         if what == b"task":
-            host.set_task(decode(payload, PlannerTask))
+            with cpu_limit(CALL_CPU_LIMIT_S):
+                host.set_task(decode(payload, PlannerTask))
             continue
         if what == b"next":
             host.foresee(decode(payload, PlannerTask))
             continue
         frame = decode(payload, PlannerFrame)
-        plan = host.answer(frame) if host.due(frame.t_s) else b""
+        with cpu_limit(CALL_CPU_LIMIT_S):
+            plan = host.answer(frame) if host.due(frame.t_s) else b""
         with contextlib.suppress(OSError):  # the next `recv_bytes` sees it, too
             pipe.send_bytes(encode(_FrameAnswer(plan, host.due_s)))
         collect_garbage()
