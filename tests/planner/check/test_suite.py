@@ -76,6 +76,21 @@ def test_what_is_wrong_is_caught_by_its_check(name: str, source: str, told: tupl
     assert ("so small a difference" in line) is (source == "ROUNDS")
 
 
+def test_a_trail_of_the_last_places_is_no_leak_once_it_is_full(tmp_path: Path) -> None:
+    (only,) = check("memory", subject(tmp_path, bad.KEEPS_A_TRAIL))
+    assert only.verdict == "ok" and "from step 800 to 1600" in only.value
+
+
+def test_a_leader_among_vehicles_is_told_how_to_say_so(tmp_path: Path) -> None:
+    assert "declare ids_matter = True" in failure("vehicle order", tmp_path, bad.BY_ROW)
+
+
+def test_a_metric_that_no_station_would_load_is_a_wrong_declaration(tmp_path: Path) -> None:
+    metrics = "from tui_gcs.planner.api import Metric; metrics = (Metric('left', of='least'),)"
+    line = failure("declares", tmp_path, bad.source(extra=metrics))
+    assert "metric left: of = 'least' must be 'last', 'worst' or 'mean'" in line
+
+
 REFUSALS = {
     "raised by the file": "raise ValueError('too narrow for us')",
     "raised by the file after a library": """

@@ -46,6 +46,8 @@ BY_ROW = source(body="shift = 9.0 * k")
 FORGETFUL = source(after="self.count += 1", body="shift = 0.1 * self.count")
 SLOW = source(after="__import__('time').sleep(0.15)")
 LEAKING = source(after="self.kept.append(fleet.position_m.copy())")
+KEEPS_A_TRAIL = source(after="self.kept = [*self.kept, fleet.position_m.copy()][-600:]")
+"""Its trail is full after 600 steps, later than a quick check of memory ends."""
 NAN = source(body="shift = fleet.velocity_m_s[i, 0]")
 ALONE = source(after="1 / (len(rows) - 1)")
 LOSES = source(after="assert len(rows) >= self.count, 'somebody is missing'; self.count = len(rows)")

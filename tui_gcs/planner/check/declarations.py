@@ -8,7 +8,9 @@ from collections.abc import Iterator
 from tui_gcs.planner.api import Param, ParamValue, Planner
 from tui_gcs.planner.check.plan_form import active_ids, faults
 from tui_gcs.planner.check.subject import CheckedPlanner, Finding, PlannerFailure, PlannerRefusal, failed, noted, passed
+from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered, task_for
+from tui_gcs.planner.runtime.planner_errors import PlannerError
 
 NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 TYPES = (float, int, bool, str)
@@ -21,7 +23,7 @@ MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 20.0
 def declares(subject: CheckedPlanner) -> Iterator[Finding]:
     """Check name, version, rates and parameters."""
     planner = subject.planner
-    wrong = list(_wrong(planner))
+    wrong = list(_wrong(planner)) or _refused(planner)
     if wrong:
         more = "; ".join(wrong[1:])
         yield failed(wrong[0], f"and {more}" if more else "operators' forms and the host go by what is declared")
@@ -32,6 +34,15 @@ def declares(subject: CheckedPlanner) -> Iterator[Finding]:
     )
     if texts:
         yield noted(f"no help for {', '.join(texts)}", "Param(help=…) is what an operator reads in the form")
+
+
+def _refused(planner: type[Planner]) -> list[str]:
+    """Return why a station would not load this class, as for a metric that is declared wrongly."""
+    try:
+        registry.validated(planner)
+    except PlannerError as problem:
+        return [str(problem)]
+    return []
 
 
 def _wrong(planner: type[Planner]) -> Iterator[str]:

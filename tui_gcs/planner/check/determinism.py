@@ -197,7 +197,8 @@ def order(subject: CheckedPlanner) -> Iterator[Finding]:
                     continue
                 yield failed(
                     f"step {number}: the same vehicle, numbered {ids[place]} and {names[place]}, {text}",
-                    "give places by where vehicles are (e.g. sorted by bearing), not by id or row; ctx.rng, too",
+                    "give places by where vehicles are (e.g. sorted by bearing), not by id or row; ctx.rng, too; "
+                    "where the order of ids is meant, as for a leader, declare ids_matter = True",
                 )
                 return
     yield passed(f"{count} vehicles renumbered twice: the same paths, {len(plans)} steps")
