@@ -33,6 +33,8 @@ CHECKED: Floats = np.linspace(0.0, 1.0, 9)[1:-1]
 """Shares of a manoeuvre's duration at which its speed is checked first."""
 MAX_TRANSIT_S = 600.0
 """Longer transits are given up."""
+STANDS_M = 1.0
+"""A vehicle that stays this near a place while its slot comes round once will not get away from there."""
 CORNER_SPEED_M_S = 3.0
 """Speed at the corners of a way around obstacles."""
 TURN_SHARES = (1.0, 0.5, 0.25, 0.0)
@@ -113,11 +115,13 @@ def plan_transit(
 ) -> Transit | None:
     """Return the way from a state at `t_s` onto the slot that is at `phase_s` of the tour then.
 
-    Return None if there is none within `MAX_TRANSIT_S`, or only one through a no-fly zone.
+    Return None if there is none within `MAX_TRANSIT_S`, if walls stop the vehicle on it, or if it leads through a
+    no-fly zone.
     """
     flight = _PointMass(xy_m, velocity_m_s, mobility, region)
     meeting = _Rendezvous(xy_m, tour, phase_s, mobility)
     aim, corner, near_s = xy_m, False, 0.0
+    stopped, stopped_s, comes_round_s = flight.xy, 0.0, tour.period_s + float(MANOEUVRES_S[-1])
     for step in range(round(MAX_TRANSIT_S / STEP_S)):
         now_s = step * STEP_S
         if step % LOOK_EVERY == 0:
@@ -129,6 +133,10 @@ def plan_transit(
                     found = flight.transit(t_s, ending)
                     # The operating area's edge may be crossed on the way back inside, a no-fly zone never.
                     return None if region.enters_no_fly(found.xy_m) else found
+            if math.dist(flight.xy, stopped) > STANDS_M:
+                stopped, stopped_s = flight.xy, now_s
+            elif now_s - stopped_s > comes_round_s:
+                return None
             aim, corner = region.next_leg(np.array(flight.xy), meeting.point(flight.xy, now_s))
         flight.step(aim, corner)
     return None
