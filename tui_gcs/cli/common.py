@@ -106,7 +106,7 @@ def read_scenario(path: str | None, planners: Collection[str] | None = ()) -> tu
         scenario = load(file, None if planners is None else {*registry.names(), *planners})
         return scenario, file.read_text(encoding="utf-8"), str(file.resolve())
     except ScenarioError as error:
-        raise CommandError(str(error)) from None
+        raise CommandError("; ".join(str(error).splitlines())) from None
 
 
 def simulable(scenario: "Scenario") -> "Scenario":

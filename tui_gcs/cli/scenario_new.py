@@ -57,7 +57,7 @@ def _what(scenario: Scenario) -> str:
     who += f" in {teams} teams" if teams > 1 else ""
     counted = f"{'one round' if rounds == 1 else f'{rounds} rounds'}, {'one zone' if teams == 1 else f'{teams} zones'}"
     layers_m = sorted({place.layer_m for place in scenario.places})
-    heights = f"{len(layers_m)} layers up to {layers_m[-1]:g} m"
+    heights = f"{len(layers_m)} layer{'s' * (len(layers_m) > 1)} up to {layers_m[-1]:g} m"
     if layers_m[-1] > USUAL_CEILING_M:
         heights += f" (above the {USUAL_CEILING_M:g} m of most countries: more --teams need fewer)"
     return f"{counted}, {who}, {heights}"

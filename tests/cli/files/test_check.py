@@ -280,6 +280,33 @@ def test_what_no_vehicle_can_see_or_do(capsys: pytest.CaptureFixture[str]) -> No
     assert "task well: 26 m from where vehicles may fly, and they see 15 m: no vehicle can do it" in out
 
 
+def test_gates_that_no_flight_can_pass_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    """`check` said "nothing is wrong", and the rehearsal failed whatever was planned."""
+    text = SCENARIO.read_text()
+    code, out = checked(capsys, text.replace("worst_ratio_max = 2.0", "worst_ratio_max = 0.5"))
+    assert code == 0
+    assert "defend: worst_ratio_max 0.5 allows a worst idleness of 10.5 s: no plan is under 18.0 s (bound)" in out
+    code, out = checked(capsys, text.replace("on_slot_max_s = 120.0", "on_slot_max_s = 2.0"))
+    assert "caution round 1, team attack: attack: on_slot_max_s 2 is less than the way to field takes: 39 s" in out
+    assert "round 2, team" not in "".join(line for line in out.splitlines() if "on_slot_max_s" in line)
+    late = '[[task]]\nname = "well"\nplace_m = [450.0, 200.0]\ndeadline_s = 20\n'
+    code, out = checked(capsys, text + late)
+    assert "task well: the nearest take-off place is 49 s away, its deadline 20 s: no vehicle can do it in time" in out
+    checked(capsys, text + late.replace("20\n", "90\n"))
+    main(["check", str(SCENARIO)])
+    assert "caution" not in capsys.readouterr().out
+
+
+def test_a_zone_of_which_nothing_is_seen_is_not_called_too_small_for_its_team(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = SCENARIO.read_text()
+    _, out = checked(capsys, text.replace("geofence_margin_m = 5.0", "geofence_margin_m = 200.0"))
+    assert "nothing of home can be seen" in out and "too small" not in out
+    _, out = checked(capsys, text.replace("radius_m = 80.0", "radius_m = 11.0"))
+    assert "home is too small for 4 vehicles: one path has room for 1" in out
+
+
 def test_layers_with_nothing_to_spare(capsys: pytest.CaptureFixture[str]) -> None:
     """30 vehicles on layers exactly as far apart as is allowed were held by the guard 1800 times in a rehearsal."""
     Path("a.toml").write_text(SCENARIO.read_text().replace("layer_m = 34.0", "layer_m = 32.5"))

@@ -115,6 +115,24 @@ def test_a_planner_that_may_leave_its_zone_meets_everybody() -> None:
         parse(text.replace('planner = "patrol"', 'planner = "guardian"', 1))
 
 
+def problems_of(text: str) -> tuple[str, ...]:
+    with pytest.raises(ScenarioError) as caught:
+        parse(text)
+    return tuple(caught.value.problems)
+
+
+def test_one_mistake_that_brings_all_vehicles_near_each_other_is_one_line_with_its_reason() -> None:
+    """A mistyped planner was 174 errors about layers, none of which named the planner."""
+    text = new_scenario("new", ORIGIN, 60, teams=7)
+    (line,) = problems_of(text.replace('"patrol"', '"patroll"'))
+    assert "planner 'patroll' (did you mean patrol?) may use the whole operating area" in line
+    assert "so are 173 more pairs of places" in line
+    fast = problems_of(new_scenario("new", ORIGIN, 2, teams=2).replace("speed_m_s = 8.0", "speed_m_s = 28.8"))
+    assert "zones 'zone 1' and 'zone 2' or the ways there are not apart by 343 m, as braking from 28.8" in fast[0]
+    one_zone = problems_of(new_scenario("new", ORIGIN, 2, teams=2).replace('zone = "zone 2"', 'zone = "zone 1"'))
+    assert "they serve one zone, 'zone 1'; must be" in one_zone[0]
+
+
 def test_a_band_that_is_too_low_says_what_would_fit() -> None:
     text = without_layers(new_scenario("new", ORIGIN, 20, teams=2)).replace("alt_max_m = 100.0", "alt_max_m = 60.0")
     with pytest.raises(ScenarioError) as caught:

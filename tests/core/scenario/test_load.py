@@ -169,6 +169,15 @@ def test_an_error_names_file_key_line_and_what_is_allowed(old: str, new: str, ke
     assert "\n" not in line
 
 
+def test_a_table_of_another_name_is_given_with_its_line_and_an_empty_team_is_no_list_of_a_wrong_kind() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse(TEXT.replace("[[team]]", "[[tema]]"))
+    line = TEXT.splitlines().index("[[team]]") + 1
+    assert any(f"tema[1] (line {line}): unknown key (did you mean team?)" in each for each in caught.value.problems)
+    with pytest.raises(ScenarioError, match=r"a list of 0 ids is not allowed here; must be a list of 1 to 254 ids"):
+        parse(TEXT.replace("vehicles = [1, 2, 3, 4]", "vehicles = []"))
+
+
 def test_no_margin_at_all_may_be_asked_for() -> None:
     limits = parse(changed(("geofence_margin_m = 5.0", "geofence_margin_m = 0"))).limits
     assert (limits.geofence_margin_m, limits.separation_horizontal_m, limits.home_spread_m) == (0.0, 10.0, 3.0)

@@ -51,7 +51,7 @@ class ScenarioChanges:
                 self._set_vehicles(document, scenario, self.vehicles)
             scenario = parse(document.text, where, known)
         except ScenarioError as error:
-            raise CommandError(str(error)) from None
+            raise CommandError("; ".join(str(error).splitlines())) from None
         require_fit(scenario, document.text, where, self.planners)
         return scenario, document.text
 

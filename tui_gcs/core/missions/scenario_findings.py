@@ -19,7 +19,14 @@ from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.layer_assignment import layers_needed
 from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m, team_sweep, zone_cells
-from tui_gcs.core.scenario.vehicle_conflicts import Matrix, braking_limits, groups, place_conflicts, possible_teams
+from tui_gcs.core.scenario.vehicle_conflicts import (
+    STAY_OVER_ZONE,
+    Matrix,
+    braking_limits,
+    groups,
+    place_conflicts,
+    possible_teams,
+)
 
 HEIGHT_HELD_M = 0.5
 """How far vehicles are above or below their layer (barometers drift); two of them are off by twice that."""
@@ -88,6 +95,34 @@ def unreachable_tasks(scenario: Scenario) -> list[ScenarioFinding]:
         if away_m > radius_m:
             text = f"task {task.name}: {away_m:.0f} m from where vehicles may fly, and they see {radius_m:g} m"
             found.append(_caution(text, "no vehicle can do it: move it, or the no-fly zones and the margin"))
+        least_s = _way_s(scenario, shapely.Point(task.place_m), radius_m)
+        if task.deadline_s is not None and least_s > task.deadline_s:
+            way = f"the nearest take-off place is {least_s:.0f} s away"
+            text = f"task {task.name}: {way}, its deadline {task.deadline_s:g} s"
+            found.append(_caution(text, "no vehicle can do it in time: give it a later one"))
+    return found
+
+
+def _way_s(scenario: Scenario, goal: shapely.Geometry, near_m: float) -> float:
+    """Return the least time from any take-off place to within `near_m` of the goal, at the speed limit."""
+    away_m = min((shapely.Point(place.place_m).distance(goal) for place in scenario.places), default=0.0)
+    return max(0.0, away_m - near_m) / scenario.limits.speed_m_s
+
+
+def unreachable_gates(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[ScenarioFinding]:
+    """Find gates of `[results]` that no flight of this team can pass, whatever its planner plans."""
+    gates, found = scenario.results, []
+    cells, sweep = zone_cells(scenario, current, zone), team_sweep(scenario, team)
+    ideal_s, bound_s = cells.ideal_s(*sweep), cells.bound_s(*sweep)
+    allowed_s = gates.worst_ratio_max * gate_reference(ideal_s, bound_s)[0]
+    if allowed_s < bound_s:
+        text = f"{team.name}: worst_ratio_max {gates.worst_ratio_max:g} allows a worst idleness of {allowed_s:.1f} s"
+        found.append(_caution(text, f"no plan is under {bound_s:.1f} s (bound): raise it in [results]"))
+    # Only these planners have slots over the zone, and only in the first round do vehicles come from their places.
+    least_s = _way_s(scenario, polygon_of(zone.shape), scenario.footprint_radius_m)
+    if team.planner in STAY_OVER_ZONE and current is scenario.rounds[0] and least_s > gates.on_slot_max_s:
+        text = f"{team.name}: on_slot_max_s {gates.on_slot_max_s:g} is less than the way to {zone.name} takes"
+        found.append(_caution(text, f"{least_s:.0f} s from the nearest take-off place: raise it in [results]"))
     return found
 
 
@@ -133,12 +168,15 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
         _note(f"{team.name}: ideal {ideal_s:.1f} s, bound {bound_s:.1f} s", reckoned),
         _note(f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
     ]
-    found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]
+    found += [
+        *(crowded(scenario, zone, team, size_m2) if cells.count else ()),
+        *wrong_layers(scenario, current, zone, team),
+    ]
     found += [*tight_layers(scenario, team), *cut_off(scenario, current, zone, team)]
     found += [_caution(f"{team.name}: {part.area_m2:.0f} m2 {part.why}", "never seen") for part in cells.unreachable]
     if not cells.count:
         found.append(_error(f"{team.name}: nothing of {zone.name} can be seen from where vehicles may fly"))
-    found += short_of_battery(scenario, current, team)
+    found += [*short_of_battery(scenario, current, team), *unreachable_gates(scenario, current, zone, team)]
     if ideal_s > current.duration_s:
         text = (
             f"{team.name}: cannot see all of {zone.name} once: {ideal_s:.0f} s at best, {current.duration_s:g} s flown"
@@ -189,7 +227,8 @@ def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[
     most = max(1, int(size_m2 / swath_m / apart_m)) if apart_m > 0.0 else team.size
     if team.size <= most:
         return []
-    text = f"{zone.name} is too small for {team.size} vehicles: {most} follow each other {apart_m:g} m apart"
+    room = f"{most} can follow each other {apart_m:g} m apart" if most > 1 else "one path has room for 1"
+    text = f"{zone.name} is too small for {team.size} vehicles: {room}"
     return [_caution(f"{team.name}: {text}", "the others are kept apart by their layers alone")]
 
 

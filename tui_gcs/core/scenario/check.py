@@ -16,7 +16,8 @@ from tui_gcs.core.geometry.local_frame import distance_m
 from tui_gcs.core.geometry.zones import Polygon, Role, Shape, Zone, area_m2, contains, polygon_of
 from tui_gcs.core.scenario.fields import Problems, nearest, one_of, shown
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team, VehicleClass
-from tui_gcs.core.scenario.vehicle_conflicts import braking_limits, place_conflicts
+from tui_gcs.core.scenario.vehicle_conflicts import STAY_OVER_ZONE, braking_limits, place_conflicts, possible_teams
+from tui_gcs.core.scenario.vehicle_conflicts import apart_m as reaches_apart_m
 
 MIN_AREA_M2 = 1.0
 """The smallest area of a shape."""
@@ -189,10 +190,29 @@ def _check_layers(
     if not close.any():
         return
     close &= place_conflicts(rounds, limits, teams, [place for _, place in places])
+    flown_for = [possible_teams(place, teams, [each for _, each in places]) for _, place in places]
+    pairs: dict[str, list[tuple[int, int]]] = {}
     for a, b in np.argwhere(close).tolist():
-        wrong = f"is {apart_m[a, b]:.1f} m from the layer of {places[a][0]}, and their vehicles may meet"
+        pairs.setdefault(_why_they_meet(flown_for[a], flown_for[b], limits), []).append((a, b))
+    # One mistake of a planner's name or of a speed puts every pair of vehicles too close: that is one line.
+    for why, found in pairs.items():
+        a, b = found[0]
+        wrong = f"is {apart_m[a, b]:.1f} m from the layer of {places[a][0]}, and their vehicles may meet: {why}"
+        wrong += f"; so are {len(found) - 1} more pairs of places" if len(found) > 1 else ""
         allowed = f"must be at least separation_vertical_m = {limits.separation_vertical_m:g} m"
         problems.add(f"{places[b][0]}.layer_m", wrong, f"{allowed}; without layer_m one is found")
+
+
+def _why_they_meet(ones: Sequence[Team], others: Sequence[Team], limits: Limits) -> str:
+    """Return why vehicles of these teams can come near each other; each may fly for one of several."""
+    wide = sorted({team.planner for team in (*ones, *others)} - STAY_OVER_ZONE)
+    if wide:
+        return f"planner {shown(wide[0])}{nearest(wide[0], STAY_OVER_ZONE)} may use the whole operating area"
+    zones = sorted({team.zone for team in (*ones, *others)})
+    if len(zones) == 1:
+        return f"they serve one zone, {shown(zones[0])}"
+    needed = f"{reaches_apart_m(limits):.0f} m, as braking from {limits.speed_m_s:g} m/s needs"
+    return f"zones {' and '.join(map(shown, zones))} or the ways there are not apart by {needed}"
 
 
 def _check_place_count(

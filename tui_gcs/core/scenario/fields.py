@@ -198,7 +198,8 @@ class Table:
         for key in self.data:
             if key not in self._asked:
                 allowed = f"known here: {', '.join(sorted(self._asked))}"
-                self.wrong(shown_key(key), f"unknown key{nearest(key, self._asked)}", allowed)
+                first = f"{shown_key(key)}[1]" if _is_array_of_tables(self.data[key]) else shown_key(key)
+                self.wrong(first, f"unknown key{nearest(key, self._asked)}", allowed)
 
     def _take(self, key: str, default: Any) -> Any:
         if self.has(key):
@@ -257,6 +258,10 @@ def printable(text: str, most: int) -> str:
     """Return `text` cut to `most` characters, with everything escaped that could disturb a terminal."""
     clean = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
     return clean if len(clean) <= most else clean[: most - 1] + "…"
+
+
+def _is_array_of_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and isinstance(value[0], dict)
 
 
 def kind_of(value: Any) -> str:

@@ -351,7 +351,8 @@ def _planner(table: Table) -> str:
 def _vehicles(table: Table) -> list[int]:
     value = table.data["vehicles"] if table.has("vehicles") else []
     if "vehicles" in table.data and (not isinstance(value, list) or not 1 <= len(value) <= MAX_VEHICLES):
-        table.wrong("vehicles", f"{kind_of(value)} is not allowed here", f"must be a list of 1 to {MAX_VEHICLES} ids")
+        what = f"a list of {len(value)} ids" if isinstance(value, list) else kind_of(value)
+        table.wrong("vehicles", f"{what} is not allowed here", f"must be a list of 1 to {MAX_VEHICLES} ids")
         return []
     good = []
     for i, item in enumerate(value):

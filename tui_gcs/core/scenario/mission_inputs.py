@@ -93,7 +93,8 @@ def _power(table: Table) -> PowerModel | None:
 def _vehicles(table: Table) -> tuple[int, ...]:
     value = table.data["vehicles"] if table.has("vehicles") else None
     if not (isinstance(value, list) and value):
-        table.wrong("vehicles", f"{kind_of(value)} is not allowed here", "must be a list of vehicle numbers")
+        what = "an empty list" if isinstance(value, list) else kind_of(value)
+        table.wrong("vehicles", f"{what} is not allowed here", "must be a list of vehicle numbers")
         return ()
     for i, item in enumerate(value):
         if not isinstance(item, int) or isinstance(item, bool) or item < 1:
