@@ -107,6 +107,11 @@ def test_many_vehicles_over_a_small_zone_watch_it_no_worse_than_the_simplest_lan
     assert_no_worse_than_the_simplest_lanes(random_scenario(4102, 13))
 
 
+def test_a_loop_that_needs_detours_is_compared_with_lanes() -> None:
+    """Ten vehicles over 0.1 ha: a corner waited for each to come by on its detour, on lanes it is always in sight."""
+    assert_no_worse_than_the_simplest_lanes(random_scenario(5096521, 73))
+
+
 def test_the_baseline_of_a_zone_that_one_place_sees_is_no_way_of_a_single_point() -> None:
     drawn = random_scenario(31816470, 7)
     assert boustrophedon_worst_s(task_of(parse(drawn.toml), drawn.autopilot)) < 0.3

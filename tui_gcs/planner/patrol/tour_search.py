@@ -183,9 +183,11 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
         tour = site.timed(loop, LOOP_AT_MOST_S)
         if tour.period_s <= LOOP_AT_MOST_S:
             search.best = site.evaluated(loop, tour, n)
-            _add_detours(search, site, [])  # where the middle is closed the loop lies beside it, and may miss a corner
-            if not search.best.crawls:
+            if search.sees_all and not search.best.crawls:
                 return search
+            # Where the middle is closed the loop lies beside it, and may miss a corner. A detour completes it, but what
+            # is seen on a detour only waits for the next vehicle: lanes may have all in sight all the time.
+            _add_detours(search, site, [])
     return _searched(search, site)
 
 
