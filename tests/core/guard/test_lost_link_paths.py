@@ -103,27 +103,54 @@ def test_only_who_is_lost_and_does_something() -> None:
 # ---------------------------------------------------------------- from where
 
 
-def test_it_leaves_from_where_it_may_have_come_to() -> None:
-    """East at 8 m/s: after 4 s it is up to 48 m on, with 16 m of braking; half of that, and 10 m to the side, and 1."""
+def test_it_leaves_from_between_where_it_was_seen_and_where_it_may_have_come_to() -> None:
+    """East at 8 m/s: after 4 s it is up to 48 m on, with 16 m of braking; it may be 10 m aside, and 1."""
     flies = replace(STANDS, velocity_m_s=(8.0, 0.0, 0.0))
-    (first, *_) = lost_link_paths([flies], LIMITS, 5.0)
-    assert first.position_m == (164.0, 50.0, 40.0) and first.error_m == 24.0 + 10.0 + 1.0
-    assert first.velocity_m_s == (0.0, 0.0, 0.0) and first.id == 2 and first.on_own_way
+    climbs, over = lost_link_paths([flies], LIMITS, 5.0)
+    assert (climbs.position_m, climbs.goal_m) == ((140.0, 50.0, 40.0), (188.0, 50.0, 60.0))
+    assert climbs.error_m == 10.0 + 1.0
+    assert climbs.velocity_m_s == (0.0, 0.0, 0.0) and climbs.id == 2 and climbs.on_own_way
+    assert over.position_m == (164.0, 50.0, 60.0) and over.error_m == 24.0 + 10.0 + 1.0, "from somewhere there"
     much_later = lost_link_paths([replace(flies, age_s=20.0)], LIMITS, 5.0)[0]
-    assert much_later.position_m == (168.0, 50.0, 40.0), "it left after 5 s at the latest"
-    assert much_later.error_m == 28.0 + 12.5 + 1.0
+    assert much_later.goal_m == (196.0, 50.0, 60.0), "it left after 5 s at the latest"
+    assert much_later.error_m == 12.5 + 1.0
 
 
 def test_northwards_as_eastwards() -> None:
     flies = replace(STANDS, velocity_m_s=(0.0, 8.0, 3.0))
-    (first, *_) = lost_link_paths([flies], LIMITS, 5.0)
-    assert first.position_m == (140.0, 74.0, 40.0) and first.error_m == 24.0 + 10.0 + 1.0
+    climbs, over = lost_link_paths([flies], LIMITS, 5.0)
+    assert climbs.goal_m == (140.0, 98.0, 60.0) and climbs.error_m == 10.0 + 1.0
+    assert over.position_m == (140.0, 74.0, 60.0) and over.error_m == 24.0 + 10.0 + 1.0
 
 
 def test_it_leaves_from_its_way_to_where_it_was_sent() -> None:
     sent = replace(STANDS, goal_m=(140.0, 100.0, 40.0))
-    (first, *_) = lost_link_paths([sent], LIMITS, 5.0)
-    assert first.position_m == (140.0, 66.0, 40.0) and first.error_m == 16.0 + 1.0
+    climbs, over = lost_link_paths([sent], LIMITS, 5.0)
+    assert climbs.goal_m == (140.0, 82.0, 60.0) and climbs.error_m == 1.0
+    assert over.position_m == (140.0, 66.0, 60.0) and over.error_m == 16.0 + 1.0
+
+
+def test_it_takes_no_longer_to_sink_from_a_long_way_than_from_a_place() -> None:
+    """How far it had come when it left is not flown while it sinks: 5 s, 10 s of waiting and 100 s for 40 m."""
+    flies = replace(STANDS, velocity_m_s=(8.0, 0.0, 0.0), lost_link_behaviour=LostLinkBehaviour(HOME, 5.0, sinks=True))
+    assert parts(flies, 115.0) == [((140.0, 50.0, 40.0), (196.0, 50.0, 0.0))] and parts(flies, 116.0) == []
+
+
+def test_it_sinks_no_faster_than_autopilots_descend() -> None:
+    """1.5 m/s: those two layers below have the time to fly round. With the rate of a climb they were held at once."""
+    sinks = replace(STANDS, lost_link_behaviour=LostLinkBehaviour(HOME, 5.0, sinks=True))
+    (down,) = lost_link_paths([sinks], LIMITS, 5.0)
+    assert come(down) == [140.0, 50.0, 34.0] and come(replace(down, age_s=20.0)) == [140.0, 50.0, 10.0]
+    assert not met(sinks, 140.0, 50.0, 20.0) and met(replace(sinks, age_s=10.0), 140.0, 50.0, 20.0)
+
+
+def test_beside_the_way_on_which_it_was_lost_others_go_on() -> None:
+    """Flown: a disc over the whole of that way held vehicles on the next lanes of their tour, 40 m beside it."""
+    sinks = LostLinkBehaviour(HOME, 5.0, sinks=True)
+    flies = replace(STANDS, position_m=(80.0, 100.0, 40.0), velocity_m_s=(8.0, 0.0, 0.0), lost_link_behaviour=sinks)
+    later = replace(flies, age_s=20.0)
+    assert met(later, 80.0, 100.0, 30.0) and met(later, 136.0, 100.0, 30.0) and met(later, 108.0, 80.0, 30.0)
+    assert not met(later, 108.0, 60.0, 30.0) and not met(later, 180.0, 100.0, 30.0)
 
 
 def test_above_home_it_is_where_home_is() -> None:
@@ -143,7 +170,7 @@ def test_others_keep_clear_of_its_climb_its_way_and_its_landing() -> None:
     assert not met(at_once, 140.0, 50.0, 30.0)
     assert not met(at_once, 70.0, 50.0, 60.0) and met(later, 70.0, 50.0, 60.0), "it flies home at 60 m"
     assert not met(later, 70.0, 50.0, 50.0)
-    assert met(later, 20.0, 50.0, 30.0), "and lands there"
+    assert met(replace(STANDS, age_s=35.0), 20.0, 50.0, 30.0), "and lands there"
     assert not met(replace(STANDS, age_s=210.0), 20.0, 50.0, 30.0)
 
 
@@ -168,4 +195,4 @@ def test_what_it_may_begin_until_the_end_of_what_is_foreseen_counts() -> None:
     at_height = replace(STANDS, position_m=(140.0, 50.0, 60.0))
     assert met(replace(at_height, age_s=5.1), 8.0, 50.0, 60.0)
     assert not met(replace(at_height, age_s=4.9), 8.0, 50.0, 60.0)
-    assert met(replace(at_height, position_m=(80.0, 50.0, 60.0)), 20.0, 50.0, 50.0), "over home in 1 s, then down"
+    assert met(replace(at_height, position_m=(80.0, 50.0, 60.0)), 20.0, 50.0, 54.0), "over home in 1 s, then down"

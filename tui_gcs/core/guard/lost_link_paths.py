@@ -7,8 +7,7 @@ gets there that left at once, and is over when the slowest has passed that left 
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,33 +46,77 @@ def _ways(
     left = replace(state, age_s=min(state.age_s, lost_link_behaviour.leaves_s))
     seen = np.array(state.position_m, dtype=float)
     come = lost_link_reach(left, limits, np.zeros(1))[0]
-    x, y = ((seen + come) / 2)[:2].tolist()
-    z = float(seen[2])
-    error_m = state.error_m + math.dist(seen[:2], come[:2]) / 2 + turning_error_m(left, limits)
-    from_here = replace(state, error_m=error_m, velocity_m_s=(0.0, 0.0, 0.0), lost_link_behaviour=None, on_own_way=True)
+    error_m = state.error_m + turning_error_m(left, limits)
+    from_here = replace(
+        state,
+        error_m=error_m,
+        velocity_m_s=(0.0, 0.0, 0.0),
+        goal_m=None,
+        lost_link_behaviour=None,
+        on_own_way=True,
+    )
+    leaves = _Column(seen[:2].tolist(), come[:2].tolist(), float(seen[2]), error_m)
     if lost_link_behaviour.sinks:
-        yield from _parts(from_here, [(x, y, z), (x, y, 0.0)], lost_link_behaviour.leaves_s, ahead_s)
+        yield from _parts(from_here, [leaves.to_height(0.0)], lost_link_behaviour.leaves_s, ahead_s)
     if math.isfinite(lost_link_behaviour.height_m):
-        yield from _parts(from_here, _way_home((x, y, z), lost_link_behaviour), lost_link_behaviour.leaves_s, ahead_s)
+        way_home = _way_home(leaves, lost_link_behaviour)
+        yield from _parts(from_here, way_home, lost_link_behaviour.leaves_s, ahead_s)
 
 
-def _way_home(here_m: Vec3, lost_link_behaviour: LostLinkBehaviour) -> list[Vec3]:
-    """The corners of a return: up, over to above home, and down."""
-    (x, y, z), (home_x, home_y, home_z) = here_m, lost_link_behaviour.home_m
-    high = max(z, home_z + lost_link_behaviour.height_m)
+@dataclass(frozen=True)
+class _Leg:
+    """One straight part of a path, from a place to a place, and by how much both may be wrong."""
+
+    begin_m: Vec3
+    end_m: Vec3
+    error_m: float
+    level_m: float
+    """How far it flies sideways on it."""
+
+
+@dataclass(frozen=True)
+class _Column:
+    """Where a lost vehicle leaves its course: somewhere between two places, `error_m` aside, at one height.
+
+    It is as narrow as it is known: a disc over the whole of it would close the tours beside the one that it flew, too.
+    """
+
+    seen_m: tuple[float, float]
+    come_m: tuple[float, float]
+    height_m: float
+    error_m: float
+
+    def to_height(self, height_m: float) -> _Leg:
+        """The leg straight up or down from there."""
+        begin, end = (*self.seen_m, self.height_m), (*self.come_m, height_m)
+        return _Leg(begin, end, self.error_m, 0.0)
+
+    def over_to(self, begins_m: float, end_m: Vec3) -> _Leg:
+        """The leg from above there, at the height `begins_m`, to another place."""
+        x, y = ((a + b) / 2 for a, b in zip(self.seen_m, self.come_m, strict=True))
+        error_m = self.error_m + math.dist(self.seen_m, self.come_m) / 2
+        return _Leg((x, y, begins_m), end_m, error_m, math.dist((x, y), end_m[:2]))
+
+
+def _way_home(leaves: _Column, lost_link_behaviour: LostLinkBehaviour) -> list[_Leg]:
+    """The legs of a return: up, over to above home, and down."""
+    home_x, home_y, home_z = lost_link_behaviour.home_m
+    high = max(leaves.height_m, home_z + lost_link_behaviour.height_m)
+    above_home = (home_x, home_y, high)
+    down = _Leg(above_home, lost_link_behaviour.home_m, HOME_ERROR_M, 0.0)
     # Near home both autopilots climb less (RTL_CONE_ANG, RTL_CONE_SLOPE): any height in between is possible.
-    is_near = math.hypot(home_x - x, home_y - y) < lost_link_behaviour.height_m
-    climb: list[Vec3] = [] if is_near or high == z else [(x, y, high)]
-    return [here_m, *climb, (home_x, home_y, high), (home_x, home_y, home_z)]
+    is_near = leaves.over_to(high, above_home).level_m < lost_link_behaviour.height_m
+    if is_near or high == leaves.height_m:
+        return [leaves.over_to(leaves.height_m, above_home), down]
+    return [leaves.to_height(high), leaves.over_to(high, above_home), down]
 
 
-def _parts(from_here: VehicleState, way_m: list[Vec3], leaves_s: float, ahead_s: float) -> Iterator[VehicleState]:
+def _parts(from_here: VehicleState, legs: list[_Leg], leaves_s: float, ahead_s: float) -> Iterator[VehicleState]:
     begins_s, over_s = 0.0, leaves_s + WAITS_S
-    for number, (begin, end) in enumerate(pairwise(way_m)):
-        level_m, up_m = math.dist(begin[:2], end[:2]), end[2] - begin[2]
-        over_s += level_m / SLOW_M_S + max(up_m / SLOW_CLIMB_M_S, -up_m / SLOW_DESCENT_M_S)
+    for leg in legs:
+        up_m = leg.end_m[2] - leg.begin_m[2]
+        over_s += leg.level_m / SLOW_M_S + max(up_m / SLOW_CLIMB_M_S, -up_m / SLOW_DESCENT_M_S)
         if begins_s - ahead_s <= from_here.age_s <= over_s:
-            error_m = HOME_ERROR_M if number > 0 and level_m == 0.0 else from_here.error_m
             age_s = from_here.age_s - begins_s
-            yield replace(from_here, position_m=begin, goal_m=end, age_s=age_s, error_m=error_m)
-        begins_s += max(level_m / RETURN_M_S, abs(up_m) / CLIMB_M_S)
+            yield replace(from_here, position_m=leg.begin_m, goal_m=leg.end_m, age_s=age_s, error_m=leg.error_m)
+        begins_s += max(leg.level_m / RETURN_M_S, abs(up_m) / CLIMB_M_S)

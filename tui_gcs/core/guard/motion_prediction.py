@@ -270,7 +270,8 @@ def lost_link_reach(state: VehicleState, limits: Limits, times_s: Samples) -> Sa
         return np.repeat([place + (min(state.age_s, MAX_AGE_S) + brakes_s) * velocity], len(times_s), axis=0)
     way = np.nan_to_num(_array([state.goal_m])[0]) - place
     speed = max(RETURN_M_S, limits.speed_m_s) if state.on_own_way else limits.speed_m_s
-    level_s, upright_s = math.hypot(way[0], way[1]) / speed, abs(way[2]) / CLIMB_M_S
+    level_s = math.hypot(way[0], way[1]) / speed
+    upright_s = abs(way[2]) / (CLIMB_M_S if way[2] > 0.0 else DESCENT_M_S)
     least_s = np.maximum([level_s, level_s, upright_s], 1e-9)
     come: Samples = place + np.clip((state.age_s + times_s[:, None]) / least_s, 0.0, 1.0) * way
     return come
