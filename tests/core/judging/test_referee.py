@@ -488,6 +488,23 @@ def test_a_round_that_was_too_short_says_from_when_on_it_is_measured(referee: Re
     assert check(referee, "home: worst / ideal").why.endswith(": that begins 60 s after all are on their slots")
 
 
+def test_another_tour_begins_the_warm_up_anew(referee: Referee) -> None:
+    """Flown: a tour was led round a lost vehicle and back; what the ways to its slots left out counted as idleness."""
+    places = [(100.0, 200.0, 27.0), FAR]
+    referee.on_frame(frame(1.0, places))
+    referee.on_status(status(2))
+    (measure,) = referee.present()
+    measure._grid.full_cover_t = 1.0
+    for t in range(2, 200):
+        if t in (50, 80):
+            team = msgspec.structs.replace(status(0 if t == 50 else 2).teams[0], metrics={"period_s": 90.0})
+            referee.on_status(msgspec.structs.replace(status(0), teams=(team,)))
+        referee.on_frame(frame(float(t), places))
+        measured_s = measure.result().measured_s
+        assert measured_s == pytest.approx(max(0.0, t - 169.0), abs=1.0), "two slot periods of 45 s after the second"
+    assert check(referee, "home: all on slot, s").value == 1.0, "when they were on their slots first stays so"
+
+
 def test_in_a_strip_worst_idleness_is_compared_with_the_bound() -> None:
     """No plan comes near the ideal there: the gate would be out of reach of all of them."""
     strip = 'shape = "rectangle"\ncentre_m = [300.0, 200.0]\nwidth_m = 560.0\nheight_m = 18.0'

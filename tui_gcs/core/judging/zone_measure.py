@@ -34,6 +34,8 @@ period that the planner published wrongly is not waited for: at most so many tim
 One vehicle over a lake of 31 ha needs 1042 s for a round trip; after 600 s it had seen 61 % of it."""
 LAPS = 3
 """A cell that is unseen after this many slot periods stays so: in one the vehicles together see the whole tour."""
+SAME_PERIOD = 0.01
+"""A period that changes by a larger share is that of another tour, or of another speed."""
 STALLED_S = 120.0
 """For planners without a tour: after this time without a new cell, those still unseen will stay so."""
 
@@ -64,6 +66,8 @@ class ZoneMeasure:
         self._left_m2 = self._cells.reachable_m2
         """Where coverage is judged: the area that was still to be seen when this began."""
         self._on_slot_s: float | None = None
+        self._steady_s: float | None = None
+        """Since when they are on the slots of the present tour."""
         self._window_s: float | None = None
         self._last_s = t_s
         self._period_s = math.nan
@@ -124,9 +128,15 @@ class ZoneMeasure:
 
     def on_status(self, status: TeamStatus, wanted: int) -> None:
         """Take the team's status: how many vehicles are on their slots, and the period of the tour."""
-        self._period_s = status.metrics.get("period_s", self._period_s)
+        before_s, self._period_s = self._period_s, status.metrics.get("period_s", self._period_s)
+        if abs(self._period_s - before_s) > SAME_PERIOD * before_s:
+            self._steady_s = None
         self._wanted, self._most_on_slot = wanted, max(self._most_on_slot, status.on_slot)
-        if self._on_slot_s is None and status.slots == wanted and status.on_slot == wanted:
+        if status.slots != wanted or status.on_slot != wanted:
+            return
+        if self._steady_s is None:
+            self._steady_s = self._last_s
+        if self._on_slot_s is None:
             self._on_slot_s = self._last_s
             self._reserve = status.reserve
             self._n = wanted - self._reserve
@@ -174,18 +184,20 @@ class ZoneMeasure:
     def _warmed_up(self, t_s: float) -> bool:
         """Whether each slot was flown twice, where the planner publishes a period, and every cell was seen.
 
+        Another tour begins that anew: on the way to its slots places wait longer than on either.
+
         A tour that has seen nothing new for `LAPS` slot periods will not see the rest either. Where idleness is not
         judged, slots alone begin the measured time.
         """
         if self.judged_by != "idleness":
             return self._on_slot_s is not None
-        if self._on_slot_s is None:
+        if self._steady_s is None:
             return False
         slot_s, whole = self._period_s / max(self._n, 1), self._grid.full_cover_t is not None
-        stalled_s = t_s - max(self._on_slot_s, self._grid.new_cell_t)
+        stalled_s = t_s - max(self._steady_s, self._grid.new_cell_t)
         if math.isnan(slot_s):
             return whole or stalled_s >= STALLED_S
-        return t_s - self._on_slot_s >= 2 * slot_s if whole else stalled_s >= LAPS * slot_s
+        return t_s - self._steady_s >= 2 * slot_s if whole else stalled_s >= LAPS * slot_s
 
     def result(self) -> RoundResult:
         """The result so far; figures that are not judged are left out."""
