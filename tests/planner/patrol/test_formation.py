@@ -105,8 +105,8 @@ def falling(back_s: float, rate: float = 0.0) -> VehicleSlot:
 
 def test_falling_back_begins_where_the_vehicle_is_and_ends_on_its_slot() -> None:
     berth = falling(6.0)
-    assert berth.back_took_s == pytest.approx(math.sqrt(6.0 * 8.0 * 6.0 / 0.3)), "31 s: what the acceleration takes"
-    assert falling(60.0).back_took_s == pytest.approx(150.0), "what slowing by 0.6 takes"
+    assert berth.back_took_s == pytest.approx(math.sqrt(6.0 * 8.0 * 6.0 / 0.5)), "24 s: what the acceleration takes"
+    assert falling(60.0).back_took_s == pytest.approx(112.5), "what slowing by 0.8 takes"
     took_s = berth.back_took_s
     ahead, rate = _lead_s([berth], np.array([NOW - 5.0, NOW, NOW + took_s / 2, NOW + took_s, NOW + 2 * took_s]))
     assert ahead[0] == pytest.approx([6.0, 6.0, 3.0, 0.0, 0.0])
@@ -123,8 +123,8 @@ def test_falling_back_is_smooth_and_never_slower_than_is_allowed(back_s: float, 
     assert change[0] == pytest.approx(rate)
     assert np.diff(ahead) / np.diff(times) == pytest.approx((change[1:] + change[:-1]) / 2, abs=1e-5)
     if rate == 0.0:
-        assert change.min() >= -0.6 - 1e-9
-        assert np.abs(np.diff(change) / np.diff(times)).max() * 8.0 <= 0.3 + 1e-3
+        assert change.min() >= -0.8 - 1e-9
+        assert np.abs(np.diff(change) / np.diff(times)).max() * 8.0 <= 0.5 + 1e-3
 
 
 def test_a_reference_falls_back_with_its_slot_ahead_of_it() -> None:
@@ -184,7 +184,7 @@ def test_a_second_loss_while_vehicles_fall_back_makes_no_reference_jump() -> Non
         course.respace(found, t_s, fleet(*_everybody(course, found, t_s)), left)
         after = course.references([found.berths[v] for v in left], now)
         assert after[0] == pytest.approx(before[0]) and after[1] == pytest.approx(before[1])
-        assert min(berth.back_s for berth in found.berths.values()) >= 1.0, "who is slow now cannot be on time"
+        assert min(berth.back_s for berth in found.berths.values()) > 0.999, "who is slow now cannot be on time"
     assert not found.falls_back(NOW + 500.0)
 
 

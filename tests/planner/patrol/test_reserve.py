@@ -140,3 +140,23 @@ def test_vehicles_that_fall_back_keep_order_and_distance() -> None:
     assert sorted(numbers.tolist()) == [0, 1, 2, 3]
     np.testing.assert_allclose(np.sort((phases - phases[0]) % 100.0), [0.0, 25.0, 50.0, 75.0])
     np.testing.assert_allclose((phases - 25.0 * numbers) % 100.0, (phases - 25.0 * numbers)[0] % 100.0)
+
+
+def test_a_few_of_many_that_are_on_the_tour_already_stay_together() -> None:
+    """Six of eleven had joined when one that had not was lost: spread over all ten slots one fell back by 190 s."""
+    phase = 540.0 - 540.0 / 11 * np.arange(6.0)
+    phases, numbers = delayed(phase, 10, 540.0, 0.0)
+    back = (phase - phases) % 540.0
+    assert back == pytest.approx(np.arange(6.0) * (54.0 - 540.0 / 11)), "4.9 s for each that is ahead"
+    assert (-numbers % 10).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_however_they_are_placed_each_has_a_slot_of_its_own_and_none_is_moved_forward(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 12))
+    phase = rng.uniform(0.0, 300.0, int(rng.integers(1, n + 1)))
+    phases, numbers = delayed(phase, n, 300.0, 2.0)
+    back = phase - phases
+    assert len(set(numbers.tolist())) == len(phase) and back.min() == pytest.approx(2.0) and back.max() < 302.0
+    np.testing.assert_allclose((phases - 300.0 / n * numbers - phases[0] + 300.0 / n * numbers[0] + 1.0) % 300.0, 1.0)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tui_gcs.planner.api import Fleet
 from tui_gcs.planner.lazy_scipy import min_cost_columns
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
-from tui_gcs.planner.patrol.slots import assign, delayed
+from tui_gcs.planner.patrol.slots import assign, delayed, waiting_s
 from tui_gcs.planner.patrol.tour import Tour
 from tui_gcs.planner.patrol.transit import MAX_TRANSIT_S, Mobility, Transit, along, plan_transit
 
@@ -38,9 +38,9 @@ MAX_SMALL_TEAM = 24
 """In larger teams, ways to slots are planned a few in each step."""
 WAYS_S_PER_STEP = 60.0
 """In larger teams, seconds of ways that are planned in one step: the cost of a way grows with its duration."""
-SLOWER = 0.6
+SLOWER = 0.8
 """Largest share by which a vehicle that falls back flies slower."""
-SLOWING_M_S2 = 0.3
+SLOWING_M_S2 = 0.5
 """Deceleration for falling back, beyond what the tour itself takes."""
 ON_COURSE_S = 15.0
 """A vehicle that joined its slot this long ago is on its course, if it can be. Flown on eight real ArduCopters: one
@@ -274,14 +274,19 @@ class TourGuidance:
         self._take(formation, t_s, others, free)
 
     def _take(self, formation: Formation, t_s: float, starts: "_Starts", origins: dict[int, float]) -> None:
-        """Pair vehicles with slots by the smallest sum of distances."""
+        """Pair vehicles with slots by the smallest sum of cubed times until they can be there; large teams by way."""
         if not starts:
             return
         vehicles = sorted(starts, key=lambda v: _place(starts[v]))
         numbers = list(origins)
-        at = self.tour.at(t_s - np.array([origins[slot] for slot in numbers]))[0]
-        away = np.hypot(*(np.array([starts[v][0] for v in vehicles])[:, None] - at[None]).transpose(2, 0, 1))
-        for vehicle, column in zip(vehicles, min_cost_columns(away).tolist(), strict=True):
+        phases = t_s - np.array([origins[slot] for slot in numbers])
+        places, speeds = (np.array([starts[v][part] for v in vehicles]) for part in range(2))
+        if formation.slots <= MAX_SMALL_TEAM:
+            # A slot that is near and flies away is met a lap later: over a large zone that is minutes.
+            cost = waiting_s(places, speeds, phases, self.tour, self.mobility.speed_m_s) ** 3
+        else:
+            cost = np.hypot(*(places[:, None] - self.tour.at(phases)[0][None]).transpose(2, 0, 1))
+        for vehicle, column in zip(vehicles, min_cost_columns(cost).tolist(), strict=True):
             old = formation.berths.get(vehicle)
             berth = VehicleSlot(origins[numbers[column]], numbers[column], before=old.before or old if old else None)
             if formation.slots <= MAX_SMALL_TEAM:
