@@ -397,3 +397,20 @@ def test_a_way_that_is_not_found_is_looked_for_half_as_often_each_time(monkeypat
             looked.append(tenth / 10)
     assert berth.stuck and not berth.settled
     assert np.diff(looked) == pytest.approx([4.0, 8.0, 16.0, 32.0, 64.0, 64.0, 64.0, 64.0, 64.0], abs=0.11)
+
+
+def test_a_step_looks_for_a_way_in_vain_once_however_many_vehicles_are_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each such search costs 0.3 s of CPU time: eight of them in one step were longer than a worker may be silent."""
+    looked, count = list[float](), 8
+    monkeypatch.setattr(formation, "plan_transit", lambda t_s, *question: looked.append(t_s))
+    course, found = circle(), Formation()
+    here = fleet(np.array([(45.0, 10.0 * k) for k in range(count)]))
+    course.respace(found, NOW, here, range(1, count + 1))
+    for tenth in range(2 * count):
+        course.follow_up(found, NOW + tenth / 10, here)
+    assert len(looked) == len(set(looked)), "one in a step"
+    assert all(berth.stuck for berth in found.berths.values()), "each had its turn, one step after the other"
+    monkeypatch.undo()
+    for second in range(100):
+        course.follow_up(found, NOW + 10.0 + second, here)
+    assert not any(berth.stuck for berth in found.berths.values()), "each is tried again later"

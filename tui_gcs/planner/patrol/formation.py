@@ -122,6 +122,8 @@ class Formation:
     leaving: set[int] = field(default_factory=set)
     """Relieved vehicles, which fly home."""
     slots: int = 0
+    failed_s: float = -math.inf
+    """The step in which a way was looked for last and not found."""
     worst_vehicle: int = 0
     """The vehicle that was farthest off its course at the last `follow_up`; 0 for none."""
 
@@ -207,7 +209,7 @@ class TourGuidance:
                 continue
             new = VehicleSlot(origin_s, berth.slot)
             if formation.slots <= MAX_SMALL_TEAM:
-                self._send(new, t_s, *before._start(berth, t_s, fleet, rows[vehicle]))
+                self._send(formation, new, t_s, *before._start(berth, t_s, fleet, rows[vehicle]))
             formation.berths[vehicle] = new
 
     def take_over(self, formation: Formation, before: "TourGuidance", t_s: float, fleet: Fleet) -> None:
@@ -237,7 +239,7 @@ class TourGuidance:
         berth = formation.berths[old]
         row = int(np.flatnonzero(fleet.id == relief)[0])
         new = VehicleSlot(berth.origin_s, berth.slot)
-        self._send(new, t_s, *self._start(None, t_s, fleet, row))
+        self._send(formation, new, t_s, *self._start(None, t_s, fleet, row))
         formation.berths[relief] = new
         formation.reliefs[relief] = old
 
@@ -248,7 +250,7 @@ class TourGuidance:
         found = assign(xy, velocity, self.tour, self.mobility.speed_m_s)
         for row, vehicle in enumerate(vehicles):
             berth = VehicleSlot(t_s - float(found.phase_s[row]), int(found.slot[row]))
-            self._send(berth, t_s, *starts[vehicle])
+            self._send(formation, berth, t_s, *starts[vehicle])
             formation.berths[vehicle] = berth
 
     def _fallen_back(self, formation: Formation, old: dict[int, VehicleSlot], t_s: float, starts: "_Starts") -> None:
@@ -290,7 +292,7 @@ class TourGuidance:
             old = formation.berths.get(vehicle)
             berth = VehicleSlot(origins[numbers[column]], numbers[column], before=old.before or old if old else None)
             if formation.slots <= MAX_SMALL_TEAM:
-                self._send(berth, t_s, *starts[vehicle])
+                self._send(formation, berth, t_s, *starts[vehicle])
             formation.berths[vehicle] = berth
 
     def follow_up(self, formation: Formation, t_s: float, fleet: Fleet) -> float:
@@ -321,14 +323,14 @@ class TourGuidance:
         left_s = WAYS_S_PER_STEP if len(ids) > MAX_SMALL_TEAM else np.inf
         for k, (vehicle, berth) in enumerate(zip(ids, berths, strict=True)):
             if berth.waiting and left_s > 0.0:
-                left_s -= self._send(berth, t_s, *self._start(berth, t_s, fleet, rows[vehicle]))
+                left_s -= self._send(formation, berth, t_s, *self._start(berth, t_s, fleet, rows[vehicle]))
             elif fresh[k] and not berth.waiting:
                 if berth.transit is None and not berth.stuck and error_m[k] <= JOINED_M:
                     berth.joined = True
                 lost = berth.stuck or error_m[k] > LOST_TRACK_M
                 if lost and left_s > 0.0 and t_s - berth.planned_s >= berth.patience_s:
                     place, speed = _now(fleet, [rows[vehicle]])
-                    left_s -= self._send(berth, t_s, place[0], speed[0])
+                    left_s -= self._send(formation, berth, t_s, place[0], speed[0])
         formation.worst_vehicle = ids[np.flatnonzero(settled)[off_m.argmax()]] if len(off_m) else 0
         return float(off_m.max()) if len(off_m) else math.nan
 
@@ -341,11 +343,20 @@ class TourGuidance:
                 return reference[0], speed[0]
         return xy, velocity
 
-    def _send(self, berth: VehicleSlot, t_s: float, xy: Floats, velocity: Floats) -> float:
-        """Plan a vehicle's way; return its duration, a measure of what the planning cost."""
+    def _send(self, formation: Formation, berth: VehicleSlot, t_s: float, xy: Floats, velocity: Floats) -> float:
+        """Plan a vehicle's way; return its duration, a measure of what the planning cost.
+
+        It is left for a later step if a way was not found in this one already: that is the dearest search.
+        """
+        # Without a way `MAX_TRANSIT_S` are searched in vain, 0.3 s of CPU time. Eight vehicles that were cut off from
+        # their tour took longer in one step than a worker may be silent.
+        if formation.failed_s == t_s:
+            return 0.0
         berth.back_s, berth.before = 0.0, None
         berth.transit = plan_transit(t_s, xy, velocity, self.tour, t_s - berth.origin_s, self.mobility, self.region)
         berth.stuck = berth.transit is None
+        if berth.stuck:
+            formation.failed_s = t_s
         # A vehicle without a way would else cost a full search in every step.
         berth.patience_s = min(2.0 * berth.patience_s, MAX_PATIENCE_S) if berth.stuck else PATIENCE_S
         berth.planned_s, berth.joined = t_s, False
