@@ -90,6 +90,10 @@ step, each valid for two steps (`valid_s`): the guard checks where a velocity le
 vehicles of `ctx.fleet` with a finite position, lost and held ones too (wanted velocity 0), and use the rows of active
 ones. Keep farther from lost vehicles: for the guard one may be anywhere that it can have reached since.
 
+`ctx.keep_out` holds the volumes where lost vehicles may be by then (`vehicle`, `begin_m`, `end_m`, `radius_m`, `low_m`,
+`high_m`), also on their way home and down. `at_heights(ctx.keep_out, layers_m)` are those that vehicles on these layers
+would meet, `as_no_fly` makes them zones to fly round. Each comes with its full size and stays until it is over.
+
 **Time.** A step may take `ctx.deadline_s`. After three steps in a row longer than the period, or 2 s without a plan,
 the vehicles hold, the operator is notified, and the process is killed and started again. A rehearsal waits for every
 step; there three in a row that take more than 2 s of CPU time are a failure. So divide long work into `iterations`:
@@ -140,7 +144,7 @@ from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
 from tui_gcs.core.geometry.zone_cells import ZoneCells, permitted_region, reachable_cells
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
-from tui_gcs.core.protocol.common import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
+from tui_gcs.core.protocol.common import Annotation, Intent, KeepOut, ParamInfo, ParamValue, PlannerTask
 from tui_gcs.core.protocol.planning import JudgedBy, Metric, cells_of, sweep_of_task
 from tui_gcs.core.scenario.model import (
     Communication,
@@ -153,6 +157,7 @@ from tui_gcs.core.scenario.model import (
 )
 from tui_gcs.planner.avoidance import avoid
 from tui_gcs.planner.energy_cost import Energy
+from tui_gcs.planner.keep_clear import as_no_fly, at_heights
 from tui_gcs.planner.radio import Radio, Received
 from tui_gcs.planner.surroundings import Obstacles, density_at, obstacles_at
 
@@ -170,6 +175,7 @@ __all__ = [
     "Instances",
     "Intent",
     "JudgedBy",
+    "KeepOut",
     "Limits",
     "Metric",
     "MovingObstacle",
@@ -192,6 +198,8 @@ __all__ = [
     "Zone",
     "ZoneCells",
     "area_m2",
+    "as_no_fly",
+    "at_heights",
     "avoid",
     "cell_centres_m",
     "cells_of",
@@ -348,6 +356,8 @@ class Context:
     task: PlannerTask | None = None
     points: Points = Points()
     """Points of interest that this team is to visit, given by the scenario, an operator or another program."""
+    keep_out: tuple[KeepOut, ...] = ()
+    """Where lost vehicles may be, of all teams, for as long as they may be there."""
     messages: tuple[Received, ...] = ()
     """What other vehicles' instances have sent to this one since the step before, ordered by time and sender."""
     radio: Radio | None = None

@@ -25,8 +25,9 @@ from tui_gcs.planner.api import (
     ParamValue,
     Planner,
     PlannerTask,
+    at_heights,
 )
-from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.flyable_region import RegionOfTask
 
 Floats = NDArray[np.floating[Any]]
 
@@ -83,7 +84,8 @@ class Search(Planner):
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
         """Find out where vehicles may fly. Raises ValueError where they may not fly at all."""
         super().configure(task, params, rng)
-        self._region = FlyableRegion(task.area, task.no_fly, task.limits, task.zone)
+        self._regions = RegionOfTask(task)
+        self._region = self._regions.whole
         self._share = float(params["speed_fraction"])
         self._targets: dict[int, str] = {}
         """By vehicle: the point that it flies to."""
@@ -95,6 +97,8 @@ class Search(Planner):
         for message in ctx.messages:
             self._claims[message.payload.point] = (message.sender, message.payload.bid, ctx.t_s)
         self._claims = {name: claim for name, claim in self._claims.items() if ctx.t_s - claim[2] <= CLAIM_S}
+        layers_m = ctx.fleet.layer_m[ctx.fleet.active & ctx.fleet.own]
+        self._region = self._regions.clear_of(at_heights(ctx.keep_out, layers_m.tolist()))
         places_m, near = self._places(ctx)
         bundles, bids = self._auction(ctx, places_m, near)
         out = Output(annotations=[])
@@ -102,14 +106,15 @@ class Search(Planner):
             vehicle, here = int(ctx.fleet.id[i]), ctx.fleet.position_m[i, :2]
             layer = ctx.fleet.layer_m[i]
             z = float(layer if np.isfinite(layer) else ctx.fleet.position_m[i, 2])
+            inside_m = self._region.pulled_inside(here[None], INSIDE_M)[0]
             if not (won := bundles.get(vehicle)):
                 self._targets.pop(vehicle, None)
-                out.intents.append(Intent(vehicle, "hold", joined=True, reason="no task"))
+                out.intents.append(_without_task(vehicle, here, inside_m, z))
                 continue
             name = ctx.points.name[won[0]]
             self._targets[vehicle] = name
             ctx.broadcast(Claim(name, bids[vehicle]))
-            leg, _ = self._region.next_leg(self._region.pulled_inside(here[None], INSIDE_M)[0], places_m[won[0]])
+            leg, _ = self._region.next_leg(inside_m, places_m[won[0]])
             speed_m_s = float(ctx.fleet.speed_m_s[i]) * self._share
             goal = (float(leg[0]), float(leg[1]), z)
             out.intents.append(Intent(vehicle, "goto", position_m=goal, speed_m_s=speed_m_s, joined=True, reason=name))
@@ -204,3 +209,11 @@ class Search(Planner):
         ours = self._bidders(ctx, ctx.fleet.active & ctx.fleet.own)
         own = [self._bid(ctx, k, bidder, ctx.points.position_m[k]) for bidder in ours]
         return claim[1] >= max(own, default=-math.inf)
+
+
+def _without_task(vehicle: int, here_m: Floats, inside_m: Floats, z: float) -> Intent:
+    """Return what a vehicle without a task does: it waits, but not where a lost one may come."""
+    if float(np.hypot(*(inside_m - here_m))) <= 2.0 * INSIDE_M:
+        return Intent(vehicle, "hold", joined=True, reason="no task")
+    goal = (float(inside_m[0]), float(inside_m[1]), z)
+    return Intent(vehicle, "goto", position_m=goal, joined=True, reason="to where it may wait")

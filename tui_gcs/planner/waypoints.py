@@ -19,15 +19,17 @@ from tui_gcs.planner.api import (
     Context,
     Fleet,
     Intent,
+    KeepOut,
     Metric,
     Output,
     Param,
     ParamValue,
     Planner,
     PlannerTask,
+    at_heights,
     polygon_of,
 )
-from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.flyable_region import RegionOfTask
 from tui_gcs.planner.patrol.patrol_state import array_of, encode_exactly
 from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, drawing, resampled, timed
 from tui_gcs.planner.patrol.transit import Mobility, Transit, plan_transit
@@ -69,9 +71,10 @@ class Waypoints(Planner):
         """Compute the timing of the paths. Raises ValueError for a bad text and for points outside the area."""
         super().configure(task, params, rng)
         limits = task.limits
-        self._region = FlyableRegion(task.area, task.no_fly, limits, task.zone)
+        self._regions = RegionOfTask(task)
+        self._region = self._regions.whole
         self._mobility = Mobility(limits.speed_m_s * 0.98, limits.accel_m_s2 * ACCEL_SHARE)
-        speed_m_s = limits.speed_m_s * float(params["speed_fraction"])
+        self._speed_m_s = limits.speed_m_s * float(params["speed_fraction"])
         paths = parse_paths(str(params["paths"]))
         for vehicle in paths:
             if vehicle not in task.members:
@@ -82,10 +85,10 @@ class Waypoints(Planner):
             drawn = dict(
                 zip(missing, strips(polygon_of(task.zone.shape), len(missing), task.footprint_radius_m), strict=True)
             )
-        self._tours: dict[int, Tour] = {}
-        for vehicle, path in drawn.items():
-            inside = self._checked(vehicle, path) if vehicle in paths else self._led_round(path)
-            self._tours[vehicle] = timed(resampled(inside, PATH_STEP_M), speed_m_s, self._mobility.accel_m_s2)
+        self._paths = {v: self._checked(v, path) if v in paths else self._led_round(path) for v, path in drawn.items()}
+        self._tours = {vehicle: self._timed(path) for vehicle, path in self._paths.items()}
+        self._clear_of: tuple[KeepOut, ...] = ()
+        """The volumes that the tours lead round."""
         self._state = _WaypointsState()
 
     def _checked(self, vehicle: int, path_m: Floats) -> Floats:
@@ -106,10 +109,26 @@ class Waypoints(Planner):
         inside = self._region.pulled_inside(path_m)
         return self._region.open_inside(np.vstack([inside, inside[:1]]), PATH_STEP_M * 4.0)[:-1]
 
+    def _timed(self, path_m: Floats) -> Tour:
+        return timed(resampled(path_m, PATH_STEP_M), self._speed_m_s, self._mobility.accel_m_s2)
+
+    def _keep_clear(self, keep_out: tuple[KeepOut, ...]) -> None:
+        """Lead the paths round where lost vehicles may be, and back again; vehicles get ways to those that changed."""
+        state = self._state
+        if keep_out != self._clear_of:
+            self._clear_of, self._region = keep_out, self._regions.clear_of(keep_out)
+            paths = {v: self._led_round(path) if keep_out else path for v, path in self._paths.items()}
+            self._tours = {vehicle: self._timed(path) for vehicle, path in paths.items()}
+        if keep_out != state.keep_out:
+            state.keep_out = keep_out
+            for place in state.places.values():
+                place.planned_s, place.joined = -math.inf, False
+
     def step(self, ctx: Context) -> Output:
         """Return trajectories for all active vehicles that have a path; the others hold."""
         active = {int(ctx.fleet.id[i]): int(i) for i in np.flatnonzero(ctx.fleet.active)}
         state = self._state
+        self._keep_clear(at_heights(ctx.keep_out, ctx.fleet.layer_m[list(active.values())].tolist()))
         state.places = {vehicle: place for vehicle, place in state.places.items() if vehicle in active}
         out = Output(intents=[self._intent(ctx, vehicle, i) for vehicle, i in active.items()])
         if ctx.t_s - state.drawn_s >= DRAW_AGAIN_S:
@@ -136,8 +155,9 @@ class Waypoints(Planner):
             return Intent(vehicle, "hold", reason="no path was drawn for it")
         place = self._state.places.setdefault(vehicle, _PathPlace())
         self._follow_up(place, tour, ctx, i)
-        if place.stuck:
-            return Intent(vehicle, "hold", reason="no way to its path inside the operating area")
+        if place.stuck or place.planned_s == -math.inf:
+            why = "no way to its path inside the operating area" if place.stuck else "its way is being planned"
+            return Intent(vehicle, "hold", reason=why)
         times = ctx.t_s + SAMPLE_S * np.arange(round(HORIZON_S / SAMPLE_S) + 1)
         xy, velocity = place.at(tour, times)
         layer = ctx.fleet.layer_m[i]
@@ -162,12 +182,16 @@ class Waypoints(Planner):
         began = math.isfinite(place.planned_s)
         error_m = float(np.hypot(*(place.at(tour, np.array([ctx.t_s]))[0][0] - xy))) if began else math.inf
         place.joined = place.joined or (place.transit is None and error_m <= JOINED_M)
-        if (error_m > LOST_TRACK_M or place.stuck) and ctx.t_s - place.planned_s >= PATIENCE_S:
+        wanted = error_m > LOST_TRACK_M or place.stuck
+        # A search in vain is the dearest: at most one in a step, or the worker is silent for too long.
+        if wanted and ctx.t_s - place.planned_s >= PATIENCE_S and self._state.failed_s != ctx.t_s:
             nearest = int(np.argmin(np.hypot(*(tour.xy_m - xy).T)))
             phase_s = nearest * tour.dt_s
             place.origin_s, place.planned_s, place.joined = ctx.t_s - phase_s, ctx.t_s, False
             place.transit = plan_transit(ctx.t_s, xy, velocity, tour, phase_s, self._mobility, self._region)
             place.stuck = place.transit is None
+            if place.stuck:
+                self._state.failed_s = ctx.t_s
 
 
 @dataclass
@@ -196,6 +220,10 @@ class _WaypointsState:
 
     places: dict[int, _PathPlace] = field(default_factory=dict)
     drawn_s: float = -math.inf
+    failed_s: float = -math.inf
+    """The step in which a way was looked for last and not found."""
+    keep_out: tuple[KeepOut, ...] = ()
+    """Where lost vehicles may be: the paths lead round it."""
 
 
 def parse_paths(text: str) -> dict[int, Floats]:

@@ -184,3 +184,19 @@ def test_positions_that_are_back_bring_it_back(rig: MakeRig) -> None:
     assert flight.phase(2) in (Phase.HOLDING, Phase.FLYING)
     assert flight.ask(m.Return()).ok
     flight.until(lambda: not flight.sim.armed.any(), 120.0, "all landed")
+
+
+# ---------------------------------------------------------------- a lost vehicle
+
+
+def test_where_a_lost_px4_may_sink_or_return_is_in_the_frame_that_planners_get(rig: MakeRig) -> None:
+    flight = rig(2, wants=None, autopilots="px4").flying()
+    flight.until(lambda: flight.speed(2) > 7.0, 60.0, "fast")
+    assert flight.station.publisher.frame().keep_out == ()
+    flight.loses = lambda way, index: index == 1
+    flight.run(5.0)
+    volumes = flight.station.publisher.frame().keep_out
+    assert {volume.vehicle for volume in volumes} == {2} and len(volumes) >= 3, "there, down, and home"
+    assert min(volume.low_m for volume in volumes) < 0.0
+    x, y = volumes[0].begin_m
+    assert any(abs(x - volume.begin_m[0]) + abs(y - volume.begin_m[1]) > 1.0 for volume in volumes), "its way home, too"

@@ -19,6 +19,7 @@ from tui_gcs.core.flight.flights import COLUMN_M, Flight
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard.bypass import bypass_columns
 from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.guard.keep_out import keep_out
 from tui_gcs.core.guard.motion_prediction import LOST_AGE_S, LostLinkBehaviour, MotionModel, VehicleState
 from tui_gcs.core.guard.permission import STATION, SetpointPermission, StopReason, Verdict
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, stopping_point
@@ -26,7 +27,7 @@ from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.lead_compensation import LeadCompensatedCourse
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import TrackingMonitor, reference_when
-from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
+from tui_gcs.core.protocol.common import EventClass, Freshness, KeepOut, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING
 from tui_gcs.core.uplink.actions import VehicleAction
 
@@ -121,6 +122,12 @@ class Steering:
                 motion, course = flight.motion() if flight is not None else (MotionModel.DRIFTS, None)
                 states.append(self._state(vehicle, motion, course, now))
         return states
+
+    def keep_out(self) -> tuple[KeepOut, ...]:
+        """Where lost vehicles may be by now or later; others should not fly there."""
+        now = self._clock.now()
+        silent = self.known(now, lambda vehicle: now - vehicle.telemetry.position_s >= LOST_AGE_S)
+        return keep_out(silent, self._guard.limits)
 
     def _state(self, vehicle: Vehicle, motion: MotionModel, course: Course | None, now: float) -> VehicleState:
         flight = self._flights.get(vehicle.id)

@@ -26,6 +26,7 @@ from tui_gcs.core.protocol.fleet import NOWHERE as NOWHERE
 from tui_gcs.core.protocol.fleet import AnyFrame as AnyFrame
 from tui_gcs.core.protocol.fleet import FleetFrame as FleetFrame
 from tui_gcs.core.protocol.fleet import Freshness as Freshness
+from tui_gcs.core.protocol.fleet import KeepOut as KeepOut
 from tui_gcs.core.protocol.fleet import Phase as Phase
 from tui_gcs.core.protocol.fleet import PlannerFrame as PlannerFrame
 from tui_gcs.core.protocol.fleet import VehicleRow as VehicleRow
@@ -51,7 +52,7 @@ from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks,
 from tui_gcs.core.protocol.replay import ReplayStatus
 from tui_gcs.core.scenario.model import Scenario
 
-PROTOCOL = 37
+PROTOCOL = 38
 """Version of everything that is declared in `core/protocol`; consoles and workers send it first (`Hello`)."""
 
 

@@ -105,6 +105,20 @@ class VehicleRow(NamedTuple):
     stop_pending: bool = False
 
 
+class KeepOut(msgspec.Struct, frozen=True):
+    """Where a lost vehicle may be, with the separation to be kept from it: a volume that others should not enter.
+
+    It is everything within `radius_m` of the straight between two places, from one height to another.
+    """
+
+    vehicle: int
+    begin_m: tuple[float, float]
+    end_m: tuple[float, float]
+    radius_m: float
+    low_m: float
+    high_m: float
+
+
 class FleetFrame(Message, frozen=True):
     """One immutable snapshot of all vehicles, struct of arrays; published at 10 Hz."""
 
@@ -171,6 +185,8 @@ class FleetFrame(Message, frozen=True):
     """Open tasks from outside, in the order in which they came."""
     wind_m_s: tuple[float, float] | None = None
     """Where the air moves to (east, north), as the vehicles estimate it; None when none of them does."""
+    keep_out: tuple[KeepOut, ...] = ()
+    """Where lost vehicles may be, for as long as they may be there."""
 
     def rows(self) -> list[VehicleRow]:
         """All vehicles, one row each."""
@@ -213,6 +229,7 @@ class PlannerFrame(msgspec.Struct, frozen=True):
     tracks: tuple[Track, ...] = ()
     points: tuple[PointOfInterest, ...] = ()
     wind_m_s: tuple[float, float] | None = None
+    keep_out: tuple[KeepOut, ...] = ()
 
 
 AnyFrame = FleetFrame | PlannerFrame

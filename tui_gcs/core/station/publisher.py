@@ -47,6 +47,7 @@ class Publisher:
             tracks=picture.tracks.tracks(clock.now()),
             wind_m_s=picture.wind.estimate(),
             points=flight.points.open(),
+            keep_out=flight.steering.keep_out(),
         )
 
     def status(self) -> StationStatus:

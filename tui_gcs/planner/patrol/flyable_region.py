@@ -10,11 +10,14 @@ import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.planner.api import (
+    KeepOut,
     Limits,
     OperatingArea,
+    PlannerTask,
     Shape,
     Zone,
     ZoneCells,
+    as_no_fly,
     permitted_region,
     polygon_of,
     reachable_cells,
@@ -82,6 +85,10 @@ class FlyableRegion:
     def contains(self, xy_m: Floats) -> NDArray[np.bool_]:
         """Return which of the points (n, 2) may be flown over."""
         return np.asarray(shapely.intersects_xy(self.polygon, xy_m[:, 0], xy_m[:, 1]))
+
+    def within(self, xy_m: Floats, away_m: float) -> NDArray[np.bool_]:
+        """Return which of the points (n, 2) are no farther than this from where may be flown."""
+        return np.asarray(shapely.dwithin(self.polygon, shapely.points(xy_m), away_m))
 
     def clear(self, a_m: Floats, b_m: Floats) -> bool:
         """Return whether the straight way from a to b stays inside."""
@@ -307,6 +314,27 @@ class FlyableRegion:
             free = shapely.intersects_xy(self._edge, at[:, 0], at[:, 1])
             low, high = np.where(free, middle, low), np.where(free, high, middle)
         return np.where(open_, up_to_m, low)
+
+
+class RegionOfTask:
+    """Where the vehicles of a task may fly, less where lost ones may be at the time."""
+
+    def __init__(self, task: PlannerTask) -> None:
+        """Find the whole region. Raises ValueError if margin and no-fly zones leave nothing."""
+        self._task = task
+        self.whole = FlyableRegion(task.area, task.no_fly, task.limits, task.zone)
+        self._last: tuple[tuple[KeepOut, ...], FlyableRegion] = (), self.whole
+
+    def clear_of(self, keep_out: tuple[KeepOut, ...]) -> FlyableRegion:
+        """Return the region without these volumes; the whole one if they leave nothing of it."""
+        task = self._task
+        if self._last[0] != keep_out:
+            try:
+                closed = (*task.no_fly, *as_no_fly(keep_out))
+                self._last = keep_out, FlyableRegion(task.area, closed, task.limits, task.zone)
+            except ValueError:  # the guard keeps them apart then
+                self._last = keep_out, self.whole
+        return self._last[1]
 
 
 def _steps(here: Floats, there: Floats, step_m: float) -> Floats:

@@ -17,19 +17,21 @@ from tui_gcs.planner.api import (
     Context,
     Fleet,
     Intent,
+    KeepOut,
     Metric,
     Output,
     Param,
     ParamValue,
     Planner,
     PlannerTask,
+    at_heights,
     cells_of,
     sweep_of_task,
 )
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import patrol_state
 from tui_gcs.planner.patrol.background_search import BackgroundThread
-from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion, RegionOfTask
 from tui_gcs.planner.patrol.formation import MAX_SMALL_TEAM, Formation, TourGuidance, VehicleSlot
 from tui_gcs.planner.patrol.patrol_state import PatrolState
 from tui_gcs.planner.patrol.speed_adaptation import from_inherited
@@ -56,6 +58,8 @@ GAIN = 0.02
 """Smallest improvement of the worst idleness for which another tour is adopted."""
 PATIENCE_S = 15.0
 """A change of speed waits this long for all vehicles to be on their slots; in such a wind one may never be."""
+LEAST_LEFT, MOST_LONGER = 0.5, 1.5
+"""A tour that is led round lost vehicles is of use if so much of its length is left, in so many times its period."""
 FIT_PCT = 15.0
 """Battery that a relief must have beyond the low level."""
 
@@ -100,10 +104,13 @@ class Patrol(Planner):
         motion = TourLimits(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m, sent_step_s)
         self._direction, self._units = str(params["direction"]), int(params["search"])
         self._wanted = max(1, len(task.members) - int(params["reserve"]))
-        self._region = FlyableRegion(task.area, task.no_fly, limits, task.zone)
+        self._regions = RegionOfTask(task)
+        self._region = self._regions.whole
         self._cells = cells_of(task)
         self._site = site_of(task.zone.shape, self._region, motion, radius_m)
         self._accel_m_s2 = accel
+        self._round: tuple[TourDesign, tuple[KeepOut, ...], tuple[Tour, FlyableRegion] | None] | None = None
+        """The tour that was led round lost vehicles last."""
         search = begin_search(self._site, int(params["seed"]) * 2**32 + int(rng.integers(2**32)), self._wanted)
         if search.best is None:
             raise ValueError(f"zone {task.zone.name!r}: no tour")
@@ -127,6 +134,7 @@ class Patrol(Planner):
         fleet, state, t_s = ctx.fleet, self._state, ctx.t_s
         self._background.wait()
         self._adopt_better(t_s, fleet)
+        self._keep_clear(t_s, fleet, ctx.keep_out)
         self._fill_slots(t_s, fleet)
         off_m = self._guidance.follow_up(state.formation, t_s, fleet)
         self._release()
@@ -163,7 +171,44 @@ class Patrol(Planner):
         """Fly `design` at the present speed, which holds for the ways to its slots, too."""
         self._state.design, rate = design, self._state.tempo.share
         mobility = Mobility(self.task.limits.speed_m_s * TRANSIT_SPEED_SHARE * rate, self._accel_m_s2 * rate**2)
-        self._guidance = TourGuidance(self._turned(design).times(rate), mobility, self._region)
+        tour, region = self._led_round(design, self._state.keep_out) or (self._turned(design), self._region)
+        self._guidance = TourGuidance(tour.times(rate), mobility, region)
+
+    def _led_round(self, design: TourDesign, keep_out: tuple[KeepOut, ...]) -> tuple[Tour, FlyableRegion] | None:
+        """Return the tour led round where lost vehicles may be, and the region that is left to fly in.
+
+        Return None where there are none, or nothing of use is left: the guard keeps vehicles apart then.
+        """
+        if not keep_out:
+            return None
+        if self._round is None or self._round[0] is not design or self._round[1] != keep_out:
+            self._round = design, keep_out, self._timed_round(design, keep_out)
+        return self._round[2]
+
+    def _timed_round(self, design: TourDesign, keep_out: tuple[KeepOut, ...]) -> tuple[Tour, FlyableRegion] | None:
+        region = self._regions.clear_of(keep_out)
+        draft = design.draft
+        if is_turned(design.tour, self._direction):
+            draft = replace(draft, controls=draft.controls[::-1].copy())
+        tour = replace(self._site, region=region).timed(draft)
+        longer, left = tour.period_s / design.tour.period_s, tour.length_m / design.tour.length_m
+        return (tour, region) if longer < MOST_LONGER and left > LEAST_LEFT else None
+
+    def _keep_clear(self, t_s: float, fleet: Fleet, keep_out: tuple[KeepOut, ...]) -> None:
+        """Lead the tour round where lost vehicles may be, and back onto its own course once they cannot be there."""
+        state, formation, active = self._state, self._state.formation, _active(fleet)
+        met = at_heights(keep_out, fleet.layer_m[fleet.active].tolist())
+        if met == state.keep_out or len(active) > MAX_SMALL_TEAM:
+            return
+        before, state.keep_out = self._guidance, met
+        self._apply_speed(state.design)
+        if np.array_equal(before.tour.xy_m, self._guidance.tour.xy_m):
+            return
+        formation.berths = {vehicle: berth for vehicle, berth in formation.berths.items() if vehicle in active}
+        formation.slots = len(formation.owners)
+        if formation.slots:
+            self._guidance.take_over(formation, before, t_s, fleet)
+        state.drawn_s = -np.inf
 
     def _turned(self, design: TourDesign) -> Tour:
         """Return the tour in the wanted direction: near walls braking and speeding up are no mirror images."""

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from tui_gcs.planner.api import KeepOut
 from tui_gcs.planner.patrol.formation import Formation
 from tui_gcs.planner.patrol.speed_adaptation import SpeedAdaptation
 from tui_gcs.planner.patrol.tour_search import TourSearch
@@ -29,6 +30,8 @@ class PatrolState:
     quiet_s: float = -np.inf
     """No other tour is adopted before this time."""
     tempo: SpeedAdaptation = field(default_factory=SpeedAdaptation)
+    keep_out: tuple[KeepOut, ...] = ()
+    """Where lost vehicles may be: the tour is led round it."""
 
 
 class _Array(msgspec.Struct, frozen=True, array_like=True):

@@ -362,7 +362,8 @@ class PlannerHost:
         deadline_s = period_s * DEADLINE_SHARE
         iterations = self._granted(job, planner, t_s, period_s)
         tracks, wind_m_s, points = tracks_view(frame), frame.wind_m_s, points_view(frame, self.team)
-        context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks, wind_m_s, job.task, points)
+        view = (fleet, job.rng, iterations, deadline_s, tracks, wind_m_s, job.task, points)
+        context = Context(t_s, *view, keep_out=frame.keep_out)
 
         def run() -> TeamPlan:
             if not job.started:

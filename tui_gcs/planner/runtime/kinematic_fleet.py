@@ -18,6 +18,7 @@ from tui_gcs.core.protocol.common import (
     FleetFrame,
     Freshness,
     Intent,
+    KeepOut,
     Phase,
     PlannerTask,
     PointOfInterest,
@@ -107,6 +108,8 @@ class KinematicFleet:
     """Targets that sensors have detected."""
     points: tuple[PointOfInterest, ...] = ()
     """Open tasks from outside."""
+    keep_out: tuple[KeepOut, ...] = ()
+    """Where lost vehicles may be."""
 
     def __post_init__(self) -> None:
         """Put all vehicles on their layers, at rest."""
@@ -139,6 +142,7 @@ class KinematicFleet:
             age_s=tuple(self.age_s.get(vehicle, 0.05) for _, vehicle in ids),
             tracks=self.tracks,
             points=self.points,
+            keep_out=self.keep_out,
         )
 
     def point(

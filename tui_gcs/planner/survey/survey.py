@@ -19,15 +19,17 @@ from tui_gcs.planner.api import (
     Context,
     Fleet,
     Intent,
+    KeepOut,
     Metric,
     Output,
     Param,
     ParamValue,
     Planner,
     PlannerTask,
+    at_heights,
 )
 from tui_gcs.planner.lazy_scipy import min_cost_pairs, warm_up
-from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.flyable_region import RegionOfTask
 from tui_gcs.planner.patrol.patrol_state import array_of, encode_exactly
 from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, drawing, resampled, standing, timed
 from tui_gcs.planner.survey.lanes import best_passes, path_of
@@ -70,7 +72,8 @@ class SurveyPlanner(Planner):
         self._speed_m_s = min([each.speed_m_s for each in classes], default=limits.speed_m_s)
         self._speed_m_s *= float(params["speed_fraction"])
         self._accel_m_s2 = min([each.accel_m_s2 for each in classes], default=limits.accel_m_s2) * ACCEL_SHARE
-        self._region = FlyableRegion(task.area, task.no_fly, limits, task.zone)
+        self._regions = RegionOfTask(task)
+        self._region = self._regions.whole
         cells = self._region.cells_of(task.zone.shape, self._radius_m)
         self._cells_m, self._cell_m = cells.centres_m(), cells.cell_m
         if not len(self._cells_m):
@@ -89,7 +92,10 @@ class SurveyPlanner(Planner):
         rows = {int(fleet.id[i]): int(i) for i in np.flatnonzero(fleet.active & np.isfinite(fleet.position_m[:, 0]))}
         self._look(fleet, list(rows.values()))
         out = Output()
-        if rows and self._must_divide(ctx, rows):
+        keep_out = at_heights(ctx.keep_out, fleet.layer_m[list(rows.values())].tolist())
+        changed, state.keep_out = keep_out != state.keep_out, keep_out
+        self._region = self._regions.clear_of(keep_out)
+        if rows and (changed or self._must_divide(ctx, rows)):
             self._divide(ctx, rows)
             ways = [drawing(np.array(state.ways[v].path_m), DRAWN_POINTS, f"survey {v}") for v in sorted(state.ways)]
             # A way leads out and back along one line; half of it is what is drawn.
@@ -125,7 +131,7 @@ class SurveyPlanner(Planner):
         if ctx.t_s - state.divided_s < PATIENCE_S:
             return False
         if self._have_ended(ctx.t_s):
-            return bool((state.seen == 0.0).any()) and ctx.t_s - state.divided_s > 2.0 * PATIENCE_S
+            return bool(self._left().any()) and ctx.t_s - state.divided_s > 2.0 * PATIENCE_S
         return any(self._off_m(ctx, v, i) > LOST_TRACK_M for v, i in rows.items())
 
     def _have_ended(self, t_s: float) -> bool:
@@ -141,7 +147,7 @@ class SurveyPlanner(Planner):
         state, fleet = self._state, ctx.fleet
         if not math.isfinite(state.started_s):
             state.started_s = ctx.t_s
-        left = self._cells_m[state.seen == 0.0]
+        left = self._cells_m[self._left()]
         # Lanes over cells behind a no-fly zone lead round it, and may miss them again and again.
         missed = bool(state.ways) and state.left == len(left) and self._have_ended(ctx.t_s)
         state.divided_s, state.ways, self._tours, state.left = ctx.t_s, {}, {}, len(left)
@@ -157,7 +163,16 @@ class SurveyPlanner(Planner):
                 path = path[::-1]
             way = self._region.pulled_inside(np.vstack([stop_m, path]), INSIDE_M)
             way = self._region.open_inside(way, PATH_STEP_M * 4.0)
+            if np.hypot(*(way[0] - stop_m)) > PATH_STEP_M:  # it stops where a lost vehicle may come
+                way = np.vstack([stop_m, way])
             state.ways[vehicle] = _Way(ctx.t_s + wait_s, way.astype(np.float64))
+
+    def _left(self) -> NDArray[np.bool_]:
+        """Return which cells are still to be seen, and can be: some only once a lost vehicle cannot be near them."""
+        left = np.asarray(self._state.seen == 0.0)
+        if self._state.keep_out:
+            left[left] = self._region.within(self._cells_m[left], self._planned_m)
+        return left
 
     def _lanes(self, left_m: Floats, vehicles: int) -> list[Floats]:
         """Return a path over its share of what is left for each vehicle; fewer where there is little."""
@@ -229,6 +244,8 @@ class _SurveyState:
     ways: dict[int, _Way] = field(default_factory=dict)
     started_s: float = math.inf
     divided_s: float = -math.inf
+    keep_out: tuple[KeepOut, ...] = ()
+    """Where lost vehicles may be: ways lead round it."""
     left: int = -1
     """How many cells were not seen when they were last divided."""
 
