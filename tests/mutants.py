@@ -100,6 +100,8 @@ EQUIVALENT: dict[str, str] = {
     "motion_prediction._weakly: BRAKE_SHARE * ACCEL_Z_M_S2 -> BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
     "motion_prediction._array: 1 -> 2": REST,
     "motion_prediction.lost_link_reach: 1e-09 -> 0.0010000015": SMALL,
+    "lost_link_paths.to_height: 0.0 -> 0.001": SMALL,
+    "lost_link_paths._way_home: 0.0 -> 0.001": SMALL,
     "lost_link_paths._ways: 1 -> 2": "a second moment that nobody looks at",
     "lost_link_paths._parts: begins_s - ahead_s <= from_here.age_s <= over_s"
     " -> begins_s - ahead_s < from_here.age_s <= over_s": AT_LIMIT,

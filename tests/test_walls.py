@@ -79,6 +79,7 @@ PLANNER_MACHINERY = (
     "tui_gcs/planner/api.py",
     "tui_gcs/planner/avoidance.py",
     "tui_gcs/planner/energy_cost.py",
+    "tui_gcs/planner/keep_clear.py",
     "tui_gcs/planner/radio.py",
     "tui_gcs/planner/surroundings.py",
 )

@@ -55,7 +55,7 @@ def _ways(
         lost_link_behaviour=None,
         on_own_way=True,
     )
-    leaves = _Column(seen[:2].tolist(), come[:2].tolist(), float(seen[2]), error_m)
+    leaves = _Departure(seen[:2].tolist(), come[:2].tolist(), float(seen[2]), error_m)
     if lost_link_behaviour.sinks:
         yield from _parts(from_here, [leaves.to_height(0.0)], lost_link_behaviour.leaves_s, ahead_s)
     if math.isfinite(lost_link_behaviour.height_m):
@@ -64,7 +64,7 @@ def _ways(
 
 
 @dataclass(frozen=True)
-class _Leg:
+class _PathLeg:
     """One straight part of a path, from a place to a place, and by how much both may be wrong."""
 
     begin_m: Vec3
@@ -75,7 +75,7 @@ class _Leg:
 
 
 @dataclass(frozen=True)
-class _Column:
+class _Departure:
     """Where a lost vehicle leaves its course: somewhere between two places, `error_m` aside, at one height.
 
     It is as narrow as it is known: a disc over the whole of it would close the tours beside the one that it flew, too.
@@ -86,24 +86,25 @@ class _Column:
     height_m: float
     error_m: float
 
-    def to_height(self, height_m: float) -> _Leg:
+    def to_height(self, height_m: float) -> _PathLeg:
         """The leg straight up or down from there."""
         begin, end = (*self.seen_m, self.height_m), (*self.come_m, height_m)
-        return _Leg(begin, end, self.error_m, 0.0)
+        return _PathLeg(begin, end, self.error_m, 0.0)
 
-    def over_to(self, begins_m: float, end_m: Vec3) -> _Leg:
+    def over_to(self, begins_m: float, end_m: Vec3) -> _PathLeg:
         """The leg from above there, at the height `begins_m`, to another place."""
-        x, y = ((a + b) / 2 for a, b in zip(self.seen_m, self.come_m, strict=True))
+        (x0, y0), (x1, y1) = self.seen_m, self.come_m
+        x, y = (x0 + x1) / 2, (y0 + y1) / 2
         error_m = self.error_m + math.dist(self.seen_m, self.come_m) / 2
-        return _Leg((x, y, begins_m), end_m, error_m, math.dist((x, y), end_m[:2]))
+        return _PathLeg((x, y, begins_m), end_m, error_m, math.dist((x, y), end_m[:2]))
 
 
-def _way_home(leaves: _Column, lost_link_behaviour: LostLinkBehaviour) -> list[_Leg]:
+def _way_home(leaves: _Departure, lost_link_behaviour: LostLinkBehaviour) -> list[_PathLeg]:
     """The legs of a return: up, over to above home, and down."""
     home_x, home_y, home_z = lost_link_behaviour.home_m
     high = max(leaves.height_m, home_z + lost_link_behaviour.height_m)
     above_home = (home_x, home_y, high)
-    down = _Leg(above_home, lost_link_behaviour.home_m, HOME_ERROR_M, 0.0)
+    down = _PathLeg(above_home, lost_link_behaviour.home_m, HOME_ERROR_M, 0.0)
     # Near home both autopilots climb less (RTL_CONE_ANG, RTL_CONE_SLOPE): any height in between is possible.
     is_near = leaves.over_to(high, above_home).level_m < lost_link_behaviour.height_m
     if is_near or high == leaves.height_m:
@@ -111,7 +112,7 @@ def _way_home(leaves: _Column, lost_link_behaviour: LostLinkBehaviour) -> list[_
     return [leaves.to_height(high), leaves.over_to(high, above_home), down]
 
 
-def _parts(from_here: VehicleState, legs: list[_Leg], leaves_s: float, ahead_s: float) -> Iterator[VehicleState]:
+def _parts(from_here: VehicleState, legs: list[_PathLeg], leaves_s: float, ahead_s: float) -> Iterator[VehicleState]:
     begins_s, over_s = 0.0, leaves_s + WAITS_S
     for leg in legs:
         up_m = leg.end_m[2] - leg.begin_m[2]
