@@ -287,8 +287,11 @@ def test_gates_that_no_flight_can_pass_are_named(capsys: pytest.CaptureFixture[s
     assert code == 0
     assert "defend: worst_ratio_max 0.5 allows a worst idleness of 10.5 s: no plan is under 18.0 s (bound)" in out
     code, out = checked(capsys, text.replace("on_slot_max_s = 120.0", "on_slot_max_s = 2.0"))
-    assert "caution round 1, team attack: attack: on_slot_max_s 2 is less than the way to field takes: 39 s" in out
+    assert "caution round 1, team attack: attack: on_slot_max_s 2 is shorter than the way of vehicle 5: 41 s" in out
     assert "round 2, team" not in "".join(line for line in out.splitlines() if "on_slot_max_s" in line)
+    slow = '[[class]]\nname = "slow"\nvehicles = [3]\nspeed_m_s = 0.05\n'
+    code, out = checked(capsys, text + slow)
+    assert "defend: on_slot_max_s 120 is shorter than the way of vehicle 3: 210 s to home at its speed" in out
     late = '[[task]]\nname = "well"\nplace_m = [450.0, 200.0]\ndeadline_s = 20\n'
     code, out = checked(capsys, text + late)
     assert "task well: the nearest take-off place is 49 s away, its deadline 20 s: no vehicle can do it in time" in out
