@@ -305,3 +305,15 @@ def test_any_payload_arrives_as_it_was_sent_or_is_dropped(payload: object) -> No
     got = [m.payload for m in Talker.seen[2][1].messages]
     assert got == [payload] or plans[1].metrics["messages_dropped"] > 0
     assert math.isfinite(plans[1].metrics["messages_sent"])
+
+
+def test_a_metric_that_one_instance_does_not_know_is_unknown_for_the_team(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mean was that of the others, and its gate passed; with one instance for the team NaN fails it."""
+
+    def rule(talker: Talker, ctx: Context) -> Output:
+        known = talker.task.vehicle == 1
+        return Output(metrics={"good": 5.0 if known else math.nan, "steps": float(talker.steps)})
+
+    monkeypatch.setattr(Talker, "rule", rule)
+    metrics = flown(world_of(3), 2)[-1].metrics
+    assert math.isnan(metrics["good"]) and metrics["steps"] == 2.0
