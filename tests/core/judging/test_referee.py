@@ -231,6 +231,15 @@ def test_who_is_lost_and_found_begins_the_measuring_of_its_team_anew(referee: Re
     ]
 
 
+def test_of_several_that_are_lost_at_once_there_is_one_measure(referee: Referee) -> None:
+    """`--lose 3@150 --lose 11@150` gave a row 'round 1 (3 lost)' with no vehicles and no coverage between the two."""
+    referee.on_status(status(2))
+    referee.on_frame(frame(1.0, [(100.0, 200.0, 27.0), FAR]))
+    referee.lose(1, 1.0)
+    referee.lose(2, 1.0)
+    assert [r.round for r in referee.result().rounds] == ["round 1", "round 1 (1 lost) (2 lost)"]
+
+
 def test_landing_error_and_who_did_not_land(referee: Referee) -> None:
     referee.on_frame(frame(1.0, [(100.0, 200.0, 27.0), FAR]))
     assert check(referee, "not landed and disarmed").value == 2

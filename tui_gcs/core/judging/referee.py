@@ -78,6 +78,8 @@ class Referee:
         if team is not None and present is not None:
             present.cut_short = not present.done
             self._begin(team, t_s, present.part + part)
+            if present.part and present.begin_s == t_s:  # several were lost at once: of no time nothing is measured
+                self.measures.remove(present)
 
     def _begin(self, team: Team, t_s: float, part: str) -> None:
         if self._area is None:

@@ -87,6 +87,11 @@ class ZoneMeasure:
             self._left_m2 = self._cells.reachable_m2 * (1.0 - self._grid.coverage)
 
     @property
+    def begin_s(self) -> float:
+        """The time from which it is measured."""
+        return self._begin_s
+
+    @property
     def round_name(self) -> str:
         """The name of the round that is measured."""
         return self._round.name
