@@ -21,6 +21,7 @@ class CopterBattery:
     def __init__(self, params: ParameterTable, clock: VehicleClock) -> None:
         self._params, self._clock = params, clock
         self.consumed_mah = 0.0
+        self._drains = True
         self.level = GOOD
         """GOOD, LOW or CRITICAL, latched until the battery is reset or the vehicle reboots."""
         self._low_us: int | None = None
@@ -34,11 +35,16 @@ class CopterBattery:
 
     def drain(self, current_a: float) -> None:
         """Use charge during the tick that ends now."""
-        self.consumed_mah += current_a * self._clock.elapsed_us / 3.6e6
+        if self._drains:
+            self.consumed_mah += current_a * self._clock.elapsed_us / 3.6e6
 
     def discharge(self, left: float) -> None:
         """Leave at most this share of the capacity; charge that was used before counts, too."""
         self.consumed_mah = max(self.consumed_mah, self._params["BATT_CAPACITY"] * (1.0 - left))
+
+    def stop_draining(self) -> None:
+        """Keep the charge from now on: only `discharge` takes of it."""
+        self._drains = False
 
     def reset(self, left: float) -> None:
         """Replace the battery by one that holds this share of the capacity."""

@@ -89,6 +89,7 @@ class ArduCopter(Autopilot):
         self._parts = parts = CopterParts(platform, battery)
         self.calibration, self.fence, self.mission = parts.calibration, parts.fence, parts.auto
         self.discharge = battery.discharge
+        self.stop_draining = battery.stop_draining
         self.modes = ModeController(platform, parts)
         self.arming = Arming(platform, parts)
         self.failsafes = CopterFailsafes(platform, parts, self.modes, self.arming)

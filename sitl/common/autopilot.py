@@ -67,6 +67,8 @@ class Autopilot(ABC):
     """Carries out a command and acknowledges it."""
     discharge: Callable[[float], None]
     """Leaves no more than this share (0 to 1) in the battery."""
+    stop_draining: Callable[[], None]
+    """From now on only `discharge` takes of the battery."""
 
     def __init__(
         self, index: int, spec: VehicleSpec, masses: PointMasses, *, timing: BootTiming, identity: Identity

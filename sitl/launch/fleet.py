@@ -117,6 +117,10 @@ class SimFleet:
         """Leave no more than this share (0 to 1) in a vehicle's battery."""
         self._pilots[index].discharge(left)
 
+    def stop_draining(self, index: int) -> None:
+        """Let a vehicle's battery keep its charge: from now on only `discharge` takes of it."""
+        self._pilots[index].stop_draining()
+
     def fail_motor(self, index: int) -> None:
         """Let one motor of a vehicle fail: in the air it tumbles and falls, and its autopilot goes on trying to fly."""
         self._pilots[index].platform.body.fail_motor()

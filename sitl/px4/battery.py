@@ -14,10 +14,11 @@ class Px4Battery(Part):
         """"low", "critical", "emergency", or nothing: as it was reported last."""
         self._armed_us = 0
         self._max_charge = 1.0
+        self._drains = True
 
     def drain(self) -> None:
         """Use charge during the tick that ends now."""
-        self._armed_us += self._clock.elapsed_us
+        self._armed_us += self._clock.elapsed_us * self._drains
 
     def recharge(self) -> None:
         """Begin a new flight with a full battery."""
@@ -26,6 +27,10 @@ class Px4Battery(Part):
     def discharge(self, left: float) -> None:
         """Leave no more than this share, whatever SIM_BAT_MIN_PCT is."""
         self._max_charge = min(self._max_charge, left)
+
+    def stop_draining(self) -> None:
+        """Keep the charge from now on: only `discharge` takes of it."""
+        self._drains = False
 
     @property
     def charge(self) -> float:

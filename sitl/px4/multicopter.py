@@ -57,6 +57,7 @@ class Px4(Autopilot):
         self.failsafes = Px4Failsafes(platform, parts, self._commander)
         self.calibration, self.fence, self.mission = parts.calibration, parts.fence, self._commander.mission
         self.discharge = parts.battery.discharge
+        self.stop_draining = parts.battery.stop_draining
         self.telemetry = telemetry = Px4Telemetry(platform, parts, self._commander)
         self._log_writer = Px4LogWriter(platform, parts, self._commander, telemetry)
         self.execute = Px4Commands(platform, parts, self._commander, telemetry).execute

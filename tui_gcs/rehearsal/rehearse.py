@@ -16,6 +16,7 @@ from tui_gcs.core.protocol.common import FleetFrame, Phase, StationStatus, decod
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.planner_subprocess import PlannerProcessError
+from tui_gcs.rehearsal.class_batteries import ClassBatteries
 from tui_gcs.rehearsal.fault_schedule import FaultSchedule, ScheduledFault
 from tui_gcs.rehearsal.lock_step import FlightConditions, LockStep
 
@@ -89,6 +90,7 @@ def rehearse(
         if flight.world is not None:
             script.referee.incursions = intruders.incursions
         schedule = FaultSchedule(faults or [], flight, script)
+        batteries = ClassBatteries(scenario, flight)
         problem = ""
         try:
             while not script.done:
@@ -97,6 +99,7 @@ def rehearse(
                 if flight.station_runs:
                     script.tick()
                 schedule.tick()
+                batteries.tick()
                 intruders.tick()
                 on_progress(script.progress, script.headline)
         except PlannerProcessError as error:

@@ -23,7 +23,10 @@ ENDS = ("_min", "_max")
 
 
 class MetricSeries(msgspec.Struct):
-    """One metric of one team in one round. The statistics are of all values, the samples may be thinned out."""
+    """One metric of one team in one round, as the station's statuses had it twice a second.
+
+    The statistics are of all these values, the samples may be thinned out.
+    """
 
     round: str
     team: str
