@@ -1,8 +1,9 @@
 """The survey planner: the zone is seen once, shared among the vehicles so that all end at about the same time.
 
-What is not seen yet is cut into lanes, the lanes into one part for each vehicle. It is divided anew when a vehicle
-joins or is lost, and when all have ended and something is left: ways around a no-fly zone miss some cells behind it,
-which are seen in a second, short turn. A vehicle begins its part from a stop.
+What is not seen yet is cut into lanes, the lanes into one part for each vehicle. A small zone of which hardly anything
+was seen yet may also be seen along a patrol's tour, of which each vehicle flies a part: whichever takes less. It is
+divided anew when a vehicle joins or is lost, and when all have ended and something is left: ways around a no-fly zone
+miss some cells behind it, which are seen in a second, short turn. A vehicle begins its part from a stop.
 """
 
 import math
@@ -32,6 +33,9 @@ from tui_gcs.planner.lazy_scipy import min_cost_pairs, warm_up
 from tui_gcs.planner.patrol.flyable_region import RegionOfTask
 from tui_gcs.planner.patrol.patrol_state import array_of, encode_exactly
 from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, drawing, resampled, standing, timed
+from tui_gcs.planner.patrol.tour_search import begin_search
+from tui_gcs.planner.patrol.tour_site import LARGE_CELLS, site_of
+from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 from tui_gcs.planner.survey.lanes import best_passes, path_of
 
 Floats = NDArray[np.floating[Any]]
@@ -45,6 +49,10 @@ LOST_TRACK_M = 8.0
 PATIENCE_S = 3.0
 """Shortest time between two divisions of what is left."""
 DRAWN_POINTS = 100
+SEEN_SHARE = 0.1
+"""When more than this share of the zone was seen, only what is left is flown over, not a tour of the whole zone."""
+CUTS = 8
+"""So many places are tried where the first part of a tour may begin."""
 INSIDE_M = 0.1
 """Ways are planned this far inside of where a vehicle may fly, against rounding."""
 
@@ -85,6 +93,18 @@ class SurveyPlanner(Planner):
             raise ValueError(f"a footprint of {self._radius_m:g} m is too small: {why}")
         self._state = _SurveyState(seen=np.zeros(len(self._cells_m)))
         self._tours: dict[int, Tour] = {}
+        self._whole = self._tour_of_zone(task, int(rng.integers(2**32)))
+
+    def _tour_of_zone(self, task: PlannerTask, seed: int) -> Tour | None:
+        """Return a patrol's tour on which all is seen, if there is one; large zones get lanes."""
+        if len(self._cells_m) > LARGE_CELLS:
+            return None
+        motion = TourLimits(self._speed_m_s, self._accel_m_s2, self._planned_m)
+        site = site_of(task.zone.shape, self._region, motion, self._radius_m)
+        best = begin_search(site, seed, max(1, len(task.members))).best
+        if best is None or best.crawls or best.real.coverage < 1.0 or best.margin < 1.0:
+            return None
+        return best.tour
 
     def step(self, ctx: Context) -> Output:
         """Return trajectories along the lanes for all active vehicles."""
@@ -151,13 +171,20 @@ class SurveyPlanner(Planner):
         # Lanes over cells behind a no-fly zone lead round it, and may miss them again and again.
         missed = bool(state.ways) and state.left == len(left) and self._have_ended(ctx.t_s)
         state.divided_s, state.ways, self._tours, state.left = ctx.t_s, {}, {}, len(left)
-        paths = _single_cells(left, len(rows)) if missed else self._lanes(left, len(rows))
         vehicles = sorted(rows, key=lambda v: tuple(fleet.position_m[rows[v], :2].tolist()))  # ids mean nothing
         stops = {v: self._stop(fleet, rows[v]) for v in vehicles}
-        cost = np.array([[_away_m(stops[v][0], path) for path in paths] for v in vehicles]).reshape(len(vehicles), -1)
-        chosen = dict(min_cost_pairs(cost**2)) if paths else {}
-        for k, vehicle in enumerate(vehicles):
-            stop_m, wait_s = stops[vehicle]
+        divisions = [_single_cells(left, len(rows)) if missed else self._lanes(left, len(rows))]
+        if self._whole is not None and not state.keep_out and state.seen.mean() <= SEEN_SHARE:
+            divisions.append(_parts(self._whole, np.array([stop_m for stop_m, _ in stops.values()])))
+        found = [self._ways(ctx.t_s, stops, paths) for paths in divisions]
+        state.ways = min(found, key=self._latest_end_s)
+
+    def _ways(self, t_s: float, stops: Mapping[int, tuple[Floats, float]], paths: list[Floats]) -> dict[int, "_Way"]:
+        """Return the vehicles' ways from where they stop along these paths, each as near as may be."""
+        cost = np.array([[_away_m(stop_m, path) for path in paths] for stop_m, _ in stops.values()])
+        chosen = dict(min_cost_pairs(cost.reshape(len(stops), -1) ** 2)) if paths else {}
+        ways = {}
+        for k, (vehicle, (stop_m, wait_s)) in enumerate(stops.items()):
             path = paths[chosen[k]] if k in chosen else stop_m[None]
             if np.hypot(*(path[-1] - stop_m)) < np.hypot(*(path[0] - stop_m)):
                 path = path[::-1]
@@ -165,7 +192,12 @@ class SurveyPlanner(Planner):
             way = self._region.open_inside(way, PATH_STEP_M * 4.0)
             if np.hypot(*(way[0] - stop_m)) > PATH_STEP_M:  # it stops where a lost vehicle may come
                 way = np.vstack([stop_m, way])
-            state.ways[vehicle] = _Way(ctx.t_s + wait_s, way.astype(np.float64))
+            ways[vehicle] = _Way(t_s + wait_s, way.astype(np.float64))
+        return ways
+
+    def _latest_end_s(self, ways: Mapping[int, "_Way"]) -> float:
+        """Return when the last vehicle is at the end of its way."""
+        return max(way.begin_s + self._timed(way).period_s / 2.0 for way in ways.values())
 
     def _left(self) -> NDArray[np.bool_]:
         """Return which cells are still to be seen, and can be: some only once a lost vehicle cannot be near them."""
@@ -191,13 +223,15 @@ class SurveyPlanner(Planner):
     def _tour(self, vehicle: int) -> Tour:
         """Return a vehicle's way out and back as a function of time; it flies the first half."""
         if vehicle not in self._tours:
-            way = self._state.ways[vehicle].path_m
-            closed = np.vstack([way, way[-2:0:-1]]) if len(way) > 2 else way
-            if len(way) < 2 or float(np.hypot(*np.ptp(way, axis=0))) < 1.0:
-                self._tours[vehicle] = standing(way[-1])
-            else:
-                self._tours[vehicle] = timed(resampled(closed, PATH_STEP_M), self._speed_m_s, self._accel_m_s2)
+            self._tours[vehicle] = self._timed(self._state.ways[vehicle])
         return self._tours[vehicle]
+
+    def _timed(self, way: "_Way") -> Tour:
+        path = way.path_m
+        closed = np.vstack([path, path[-2:0:-1]]) if len(path) > 2 else path
+        if len(path) < 2 or float(np.hypot(*np.ptp(path, axis=0))) < 1.0:
+            return standing(path[-1])
+        return timed(resampled(closed, PATH_STEP_M), self._speed_m_s, self._accel_m_s2)
 
     def _places(self, vehicle: int, times_s: Floats) -> tuple[Floats, Floats]:
         """Return (k, 2) positions and velocities: at the begin of the way before it, at its end after it."""
@@ -254,6 +288,22 @@ def _single_cells(left_m: Floats, vehicles: int) -> list[Floats]:
     """Return a path to one cell for each vehicle, from all over what is left: it ends as near to it as can be flown."""
     chosen = np.unique(np.linspace(0, len(left_m) - 1, min(vehicles, len(left_m))).astype(int))
     return [left_m[k, None] for k in chosen]
+
+
+def _parts(tour: Tour, places_m: Floats) -> list[Floats]:
+    """Return the tour cut into equally long parts, one for each of the vehicles at `places_m` (n, 2).
+
+    It is cut where the ways to the parts are shortest: the longest of them, to the nearer end of a part.
+    """
+    part_s = tour.period_s / len(places_m)
+    phases = part_s * np.arange(len(places_m))[:, None] + np.linspace(0.0, part_s, max(2, math.ceil(part_s / SAMPLE_S)))
+    cuts = [list(tour.at(phases + part_s * cut / CUTS)[0]) for cut in range(CUTS)]
+
+    def farthest_m(parts: list[Floats]) -> float:
+        away = np.array([[_away_m(place, part) for part in parts] for place in places_m])
+        return max(float(away[row, column]) for row, column in min_cost_pairs(away**2))
+
+    return min(cuts, key=farthest_m)
 
 
 def _away_m(place_m: Floats, path_m: Floats) -> float:
