@@ -38,9 +38,9 @@ def test_eight_vehicles_three_rounds_a_loss_and_a_killed_station(tmp_path: Path)
         ("round 1", "home", 4),
         ("round 1", "field", 4),
         ("round 2", "home", 4),
-        ("round 2 -6", "field", 3),
-        ("round 3 again", "home", 4),
-        ("round 3 again", "field", 3),
+        ("round 2 (6 lost)", "field", 3),
+        ("round 3 (after a hold)", "home", 4),
+        ("round 3 (after a hold)", "field", 3),
     ]
 
     (record,) = records
