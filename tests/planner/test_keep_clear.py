@@ -19,6 +19,8 @@ ZONE = Rectangle((200.0, 150.0), 200.0, 140.0)
 COLUMN = KeepOut(2, (180.0, 150.0), (220.0, 150.0), 21.0, -5.3, 50.0)
 """Vehicle 2 may sink from 34 m, where it was lost, or climb a little."""
 LOST_S, LEAVE_S, OVER_S = 60.0, 12.0, 160.0
+SOON_S = 20.0
+"""A survey loses its vehicle then: with four it is over after less than a minute."""
 STARTS = np.array([(60.0, 60.0 + 30.0 * i) for i in range(4)])
 
 
@@ -26,13 +28,15 @@ def team_task(planner: str) -> PlannerTask:
     return task_of(zone_of(ZONE), planner=planner)
 
 
-def flown(task: PlannerTask, until_s: float, column: KeepOut = COLUMN) -> Iterator[tuple[KinematicFleet, TeamPlan]]:
-    """Fly a team that loses vehicle 2 at `LOST_S`; until `OVER_S` it may be in `column`."""
+def flown(
+    task: PlannerTask, until_s: float, column: KeepOut = COLUMN, lost_s: float = LOST_S
+) -> Iterator[tuple[KinematicFleet, TeamPlan]]:
+    """Fly a team that loses vehicle 2 at `lost_s`; until `OVER_S` it may be in `column`."""
     host = PlannerHost(task.team)
     host.set_task(task)
     world = KinematicFleet(task, STARTS, t_s=0.0)
     while world.t_s < until_s:
-        if world.t_s >= LOST_S:
+        if world.t_s >= lost_s:
             world.freshness = {2: Freshness.LOST}
             world.keep_out = (column,) if world.t_s < OVER_S else ()
         plan = host.step(world.frame())
@@ -48,15 +52,15 @@ def inside_m(column: KeepOut, place_m: np.ndarray) -> float:
     return column.radius_m - math.hypot(place_m[0] - min(max(place_m[0], x), x1), place_m[1] - y)
 
 
-@pytest.mark.parametrize("planner", ["patrol", "survey", "waypoints"])
-def test_survivors_fly_on_round_it(planner: str) -> None:
+@pytest.mark.parametrize(("planner", "lost_s"), [("patrol", LOST_S), ("survey", SOON_S), ("waypoints", LOST_S)])
+def test_survivors_fly_on_round_it(planner: str, lost_s: float) -> None:
     """After the time that leaving it takes, no vehicle is in the column, and none has been told to hold."""
-    for world, plan in flown(team_task(planner), OVER_S):
-        if world.t_s < LOST_S + 0.5:
+    for world, plan in flown(team_task(planner), OVER_S, lost_s=lost_s):
+        if world.t_s < lost_s + 0.5:
             continue
         held = [(round(world.t_s, 1), i.vehicle, i.reason) for i in plan.intents if i.kind == "hold"]
         assert not held
-        if world.t_s > LOST_S + LEAVE_S:
+        if world.t_s > lost_s + LEAVE_S:
             assert max(inside_m(COLUMN, world.position_m[i]) for i in (0, 2, 3)) <= 0.1, world.t_s
 
 
@@ -71,7 +75,8 @@ def test_a_patrol_is_on_its_slots_round_the_column_and_back_on_its_own_tour_afte
 
 
 def test_a_survey_sees_the_rest_first_and_the_column_when_it_is_over() -> None:
-    covered = {round(world.t_s): plan.metrics["covered_pct"] for world, plan in flown(team_task("survey"), 320.0)}
+    flights = flown(team_task("survey"), 320.0, lost_s=SOON_S)
+    covered = {round(world.t_s): plan.metrics["covered_pct"] for world, plan in flights}
     assert 60.0 < covered[round(OVER_S)] < 100.0 and covered[320] == 100.0
 
 

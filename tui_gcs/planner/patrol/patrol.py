@@ -190,7 +190,7 @@ class Patrol(Planner):
         draft = design.draft
         if is_turned(design.tour, self._direction):
             draft = replace(draft, controls=draft.controls[::-1].copy())
-        tour = replace(self._site, region=region).timed(draft)
+        tour = replace(self._site, region=region).timed(draft, MOST_LONGER * design.tour.period_s)
         longer, left = tour.period_s / design.tour.period_s, tour.length_m / design.tour.length_m
         return (tour, region) if longer < MOST_LONGER and left > LEAST_LEFT else None
 
