@@ -107,6 +107,11 @@ def test_many_vehicles_over_a_small_zone_watch_it_no_worse_than_the_simplest_lan
     assert_no_worse_than_the_simplest_lanes(random_scenario(4102, 13))
 
 
+def test_three_vehicles_over_a_strip_are_no_worse_than_on_the_simplest_lanes() -> None:
+    """A place was in sight for a tenth of the time between two vehicles; straight lanes, not tried, are better."""
+    assert_no_worse_than_the_simplest_lanes(random_scenario(3050369, 0))
+
+
 def test_a_loop_that_needs_detours_is_compared_with_lanes() -> None:
     """Ten vehicles over 0.1 ha: a corner waited for each to come by on its detour, on lanes it is always in sight."""
     assert_no_worse_than_the_simplest_lanes(random_scenario(5096521, 73))

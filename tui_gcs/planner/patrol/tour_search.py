@@ -53,7 +53,7 @@ MAX_FINISHING = 80_000
 """Finishing rounds times cells after which no further try is begun. A round of 3000 cells takes about 20 ms."""
 LANE_TRIES = 2
 """Lane tours among the first tries."""
-WATCHED_SHARE = 0.9
+WATCHED_SHARE = 0.95
 """Footprints are large if the worst idleness is less than this share of the time between two vehicles at one place."""
 SHARP_STEP_M = 3.0
 """Spacing of control points of lanes that are not bent."""
